@@ -1,0 +1,20 @@
+//! **poropunch**: a flat punch pressed into a soft, water-saturated sample.
+//!
+//! Finite-strain Theory of Porous Media (solid displacement and pore pressure),
+//! Ogden equilibrium with Reese–Govindjee viscous branches and Darcy flow, on
+//! axisymmetric Taylor–Hood elements. SI units throughout; displacement and
+//! indentation force are positive into the sample.
+//!
+//! ```text
+//! Parameters -> Model (mesh, structure) -> Instance -> advance, advance, ... -> Outputs
+//! ```
+
+pub mod error;
+pub mod instance;
+pub mod outputs;
+pub mod parameters;
+
+pub use error::{ParameterError, StepError};
+pub use instance::{Instance, Model, Snapshot};
+pub use outputs::{Outputs, Statistics};
+pub use parameters::Parameters;

@@ -1,0 +1,242 @@
+//! What a user can set: material, geometry, mesh, boundary conditions, solver.
+
+use crate::error::ParameterError;
+use serde::{Deserialize, Serialize};
+
+/// Every parameter of the model, in SI units. `default()` is Table 1 of the paper.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Constitutive parameters.
+    pub material: MaterialParameters,
+    /// Punch and sample.
+    pub geometry: GeometryParameters,
+    /// Spatial discretisation.
+    pub mesh: MeshParameters,
+    /// Boundary conditions.
+    pub boundary: BoundaryParameters,
+    /// Time stepping and Newton iteration.
+    pub solver: SolverParameters,
+}
+
+/// One Ogden term: `beta_a = mu (ltilde_a^alpha - mean_b ltilde_b^alpha)` (Eqs. 8, 9).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OgdenParameters {
+    /// Stress-like coefficient mu [Pa]; has the sign of `alpha`.
+    pub mu: f64,
+    /// Exponent alpha [-].
+    pub alpha: f64,
+}
+
+impl OgdenParameters {
+    /// Shear modulus at small strain, `mu alpha / 2` [Pa].
+    pub fn shear_modulus(&self) -> f64 {
+        0.5 * self.mu * self.alpha
+    }
+}
+
+/// One viscous branch: an Ogden spring in series with a dashpot (Eqs. 9, 12).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BranchParameters {
+    /// The spring.
+    pub ogden: OgdenParameters,
+    /// Viscosity eta [Pa s].
+    pub eta: f64,
+}
+
+impl BranchParameters {
+    /// Relaxation time at small strain, `eta / (mu alpha / 2)` [s].
+    pub fn relaxation_time(&self) -> f64 {
+        self.eta / self.ogden.shear_modulus()
+    }
+}
+
+/// Constitutive parameters of the biphasic solid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MaterialParameters {
+    /// Initial solid volume fraction n0S [-].
+    pub n0s: f64,
+    /// Volumetric stiffness lambda* [Pa] (Eq. 10).
+    pub lambda_star: f64,
+    /// Dynamic viscosity of the pore fluid mu_FR [Pa s].
+    pub fluid_viscosity: f64,
+    /// Initial intrinsic permeability K0 [m^2].
+    pub permeability: f64,
+    /// Equilibrium response.
+    pub equilibrium: OgdenParameters,
+    /// Viscous branches, any number.
+    pub branches: Vec<BranchParameters>,
+}
+
+impl Default for MaterialParameters {
+    fn default() -> Self {
+        let branch = |mu, alpha, eta| BranchParameters { ogden: OgdenParameters { mu, alpha }, eta };
+        Self {
+            n0s: 0.032,
+            lambda_star: 1e5,
+            fluid_viscosity: 0.89e-3,
+            permeability: 2.30e-15,
+            equilibrium: OgdenParameters { mu: -217.0, alpha: -2.16 },
+            branches: vec![branch(-418.0, -13.5, 50.6), branch(-161.0, -2.97, 4680.0)],
+        }
+    }
+}
+
+/// Punch and sample.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GeometryParameters {
+    /// Radius of the flat punch [m].
+    pub punch_radius: f64,
+    /// Radius of the sample [m].
+    pub sample_radius: f64,
+    /// Height of the sample [m].
+    pub sample_height: f64,
+}
+
+impl Default for GeometryParameters {
+    fn default() -> Self {
+        Self { punch_radius: 2e-3, sample_radius: 10e-3, sample_height: 10e-3 }
+    }
+}
+
+/// Named meshes, from quick to accurate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum MeshPreset {
+    /// For trying things out.
+    Coarse,
+    /// Within 0.5 % of the zero-mesh-size limit.
+    #[default]
+    Standard,
+    /// Within 0.2 % of the zero-mesh-size limit.
+    Fine,
+}
+
+/// Spatial discretisation: a preset, with overrides.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct MeshParameters {
+    /// The preset.
+    pub preset: MeshPreset,
+    /// Size of the element at the punch's edge [m]; 0 takes the preset's.
+    pub edge_size: f64,
+    /// Ratio of neighbouring element sizes [-]; 0 takes the preset's.
+    pub growth: f64,
+}
+
+/// Boundary conditions, each one switchable. `default()` is the paper's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BoundaryParameters {
+    /// p = 0 on the bottom; otherwise no flux.
+    pub drained_bottom: bool,
+    /// p = 0 on the lateral surface.
+    pub drained_side: bool,
+    /// p = 0 on the free part of the top.
+    pub drained_top: bool,
+    /// p = 0 under the punch (porous punch).
+    pub drained_punch: bool,
+    /// u_r = 0 under the punch (full adhesion); otherwise frictionless.
+    pub bonded_punch: bool,
+    /// u_r = 0 on the bottom (glued); otherwise it slides on its support.
+    pub bonded_bottom: bool,
+}
+
+impl Default for BoundaryParameters {
+    fn default() -> Self {
+        Self {
+            drained_bottom: true,
+            drained_side: true,
+            drained_top: true,
+            drained_punch: false,
+            bonded_punch: true,
+            bonded_bottom: true,
+        }
+    }
+}
+
+/// Integration scheme in time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum TimeScheme {
+    /// Two-stage, stiffly accurate, L-stable SDIRK: second order.
+    #[default]
+    Sdirk2,
+    /// Backward Euler, the paper's: first order.
+    BackwardEuler,
+}
+
+/// Time stepping and Newton iteration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SolverParameters {
+    /// Integration scheme.
+    pub time_scheme: TimeScheme,
+    /// Relative error allowed per step in the force [-].
+    pub tolerance: f64,
+    /// First step after a change of the punch's velocity [s].
+    pub initial_step: f64,
+    /// Largest step [s].
+    pub max_step: f64,
+    /// Newton iteration ends when the scaled residual is below this [-].
+    pub newton_tolerance: f64,
+}
+
+impl Default for SolverParameters {
+    fn default() -> Self {
+        Self {
+            time_scheme: TimeScheme::Sdirk2,
+            tolerance: 1e-3,
+            initial_step: 1e-3,
+            max_step: 30.0,
+            newton_tolerance: 1e-9,
+        }
+    }
+}
+
+impl Parameters {
+    /// Checks that every value is admissible.
+    ///
+    /// # Errors
+    /// Names the first parameter that is not, with the reason.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let m = &self.material;
+        within("material.n0s", m.n0s, 1e-6, 0.999)?;
+        positive("material.lambda_star", m.lambda_star)?;
+        positive("material.fluid_viscosity", m.fluid_viscosity)?;
+        positive("material.permeability", m.permeability)?;
+        ogden("material.equilibrium", &m.equilibrium)?;
+        for (i, branch) in m.branches.iter().enumerate() {
+            let name = format!("material.branch[{}]", i + 1);
+            ogden(&name, &branch.ogden)?;
+            positive(&format!("{name}.eta"), branch.eta)?;
+        }
+        let g = &self.geometry;
+        positive("geometry.punch_radius", g.punch_radius)?;
+        positive("geometry.sample_height", g.sample_height)?;
+        within("geometry.sample_radius", g.sample_radius, 1.05 * g.punch_radius, f64::MAX)?;
+        if self.mesh.edge_size != 0.0 {
+            within("mesh.edge_size", self.mesh.edge_size, 1e-5 * g.punch_radius, g.punch_radius)?;
+        }
+        if self.mesh.growth != 0.0 {
+            within("mesh.growth", self.mesh.growth, 1.0, 10.0)?;
+        }
+        let s = &self.solver;
+        within("solver.tolerance", s.tolerance, 1e-9, 1.0)?;
+        positive("solver.initial_step", s.initial_step)?;
+        within("solver.max_step", s.max_step, s.initial_step, f64::MAX)?;
+        within("solver.newton_tolerance", s.newton_tolerance, 1e-14, 1e-2)
+    }
+}
+
+fn positive(name: &str, value: f64) -> Result<(), ParameterError> {
+    within(name, value, f64::MIN_POSITIVE, f64::MAX)
+}
+
+fn within(name: &str, value: f64, min: f64, max: f64) -> Result<(), ParameterError> {
+    if value >= min && value <= max {
+        return Ok(());
+    }
+    Err(ParameterError::OutOfRange { name: name.to_owned(), value, min, max })
+}
+
+fn ogden(name: &str, p: &OgdenParameters) -> Result<(), ParameterError> {
+    if p.shear_modulus() > 0.0 && p.shear_modulus().is_finite() {
+        return Ok(());
+    }
+    Err(ParameterError::NotElliptic { name: name.to_owned(), mu: p.mu, alpha: p.alpha })
+}

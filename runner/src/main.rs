@@ -1,0 +1,2 @@
+//! poropunch's command line.
+fn main() {}
