@@ -9,10 +9,15 @@
 //! Parameters -> Model (mesh, structure) -> Instance -> advance, advance, ... -> Outputs
 //! ```
 
+pub mod element;
 pub mod error;
+pub mod indentation;
 pub mod instance;
+pub mod material;
+pub mod mesh;
 pub mod outputs;
 pub mod parameters;
+pub mod solver;
 
 pub use error::{ParameterError, StepError};
 pub use instance::{Instance, Model, Snapshot};
