@@ -1,7 +1,8 @@
 //! The seam to the sparse direct solver: pattern once, factorise many times, solve.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::lu::{LuRef, LuSymbolicParams, NumericLu, SymbolicLu, factorize_symbolic_lu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 use std::sync::Arc;
@@ -94,7 +95,12 @@ impl Structure {
     /// # Errors
     /// When memory runs out.
     pub fn analyse(pattern: CscPattern) -> Result<Self, Singular> {
-        let symbolic = factorize_symbolic_lu(pattern.view(), Default::default()).map_err(|_| Singular)?;
+        // faer's own guess takes the scalar code, which is several times slower on these matrices.
+        let parameters = LuSymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
+        let symbolic = factorize_symbolic_lu(pattern.view(), parameters).map_err(|_| Singular)?;
         Ok(Self { pattern, symbolic })
     }
 
