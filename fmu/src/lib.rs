@@ -13,6 +13,7 @@ pub mod error;
 pub mod instance;
 pub mod outputs;
 pub mod parameters;
+pub mod solver;
 
 pub use error::{ParameterError, StepError};
 pub use instance::{Instance, Model, Snapshot};

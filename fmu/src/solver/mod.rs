@@ -1,0 +1,3 @@
+//! Solution of the discrete equations.
+
+pub mod multifrontal;
