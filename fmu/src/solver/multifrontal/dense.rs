@@ -19,7 +19,14 @@ const LARGE_PRODUCT: usize = 1 << 24;
 
 /// Floating-point type of the factors.
 pub trait Scalar:
-    faer::traits::RealField + Copy + Default + PartialOrd + AddAssign + SubAssign + Mul<Output = Self> + Neg<Output = Self>
+    faer::traits::RealField
+    + Copy
+    + Default
+    + PartialOrd
+    + AddAssign
+    + SubAssign
+    + Mul<Output = Self>
+    + Neg<Output = Self>
 {
     /// Multiplicative identity.
     const ONE: Self;
@@ -80,7 +87,11 @@ macro_rules! by_width {
 
 /// The first R rows of `a` (columns `stride` apart) times `b`.
 #[inline(always)]
-fn tile<T: Scalar, const R: usize, const W: usize>(a: &[T], stride: usize, b: &[[T; COLUMNS]]) -> [[T; R]; W] {
+fn tile<T: Scalar, const R: usize, const W: usize>(
+    a: &[T],
+    stride: usize,
+    b: &[[T; COLUMNS]],
+) -> [[T; R]; W] {
     let mut sum = [[T::default(); R]; W];
     for (column, factors) in a.chunks(stride).zip(b) {
         let Some(x) = column.first_chunk::<R>() else { break };
@@ -144,7 +155,8 @@ impl<'a, T: Scalar> Factor<'a, T> {
     pub fn pack(&self, packed: &mut [[T; COLUMNS]], column: usize, width: usize) {
         for (k, row) in packed.iter_mut().enumerate() {
             let start = k * self.row_stride + column * self.column_stride;
-            for (x, y) in row[..width].iter_mut().zip(self.values[start..].iter().step_by(self.column_stride)) {
+            for (x, y) in row[..width].iter_mut().zip(self.values[start..].iter().step_by(self.column_stride))
+            {
                 *x = *y;
             }
         }

@@ -55,8 +55,9 @@ impl<T: Scalar> Numeric<T> {
         assert_eq!(values.len(), symbolic.nonzeros, "one value per entry of the pattern");
         let arch = pulp::Arch::new();
         for front in &symbolic.fronts {
-            arch.dispatch(FactoriseFront { numeric: self, symbolic: &symbolic, front, values })
-                .map_err(|column| SingularMatrix { unknown: symbolic.order[front.first + column] as usize })?;
+            arch.dispatch(FactoriseFront { numeric: self, symbolic: &symbolic, front, values }).map_err(
+                |column| SingularMatrix { unknown: symbolic.order[front.first + column] as usize },
+            )?;
         }
         Ok(())
     }

@@ -127,7 +127,8 @@ impl Case {
                 let at: Vec<usize> = digits(a, &|_| 2).iter().zip(&cell).map(|(i, c)| i + c).collect();
                 local.push((dim * q2_nodes + flat(&at, &q1_size)) as u32);
             }
-            let bounds: Vec<[f64; 2]> = (0..dim).map(|d| [lines[d][cell[d]], lines[d][cell[d] + 1]]).collect();
+            let bounds: Vec<[f64; 2]> =
+                (0..dim).map(|d| [lines[d][cell[d]], lines[d][cell[d] + 1]]).collect();
             let tangent = self.element(&bounds);
             for (i, &row) in local.iter().enumerate() {
                 for (j, &column) in local.iter().enumerate() {
@@ -136,7 +137,11 @@ impl Case {
                     let displacement = row < dim * q2_nodes && column < dim * q2_nodes;
                     let noise = if displacement { 1.0 + self.disturbance * random.next() } else { 1.0 };
                     let value = if free { tangent[i * local.len() + j] * noise } else { 0.0 };
-                    triplets.push(Triplet::new(row, column, if row == column && !free { 1.0 } else { value }));
+                    triplets.push(Triplet::new(
+                        row,
+                        column,
+                        if row == column && !free { 1.0 } else { value },
+                    ));
                 }
             }
             let mut centroid = [0.0; 3];
@@ -144,7 +149,8 @@ impl Case {
             centroids.push(centroid);
             elements.push(local);
         }
-        let matrix = SparseColMat::try_new_from_triplets(unknowns, unknowns, &triplets).expect("valid indices");
+        let matrix =
+            SparseColMat::try_new_from_triplets(unknowns, unknowns, &triplets).expect("valid indices");
         let rank = (0..unknowns).map(|u| u8::from(u >= dim * q2_nodes)).collect();
         System { unknowns, elements, centroids, rank, matrix }
     }
@@ -219,8 +225,7 @@ impl Case {
             }
             for a in 0..corners {
                 for b in 0..corners {
-                    let dot: f64 =
-                        (0..dim).map(|d| product(a, 2, Some(d)) * product(b, 2, Some(d))).sum();
+                    let dot: f64 = (0..dim).map(|d| product(a, 2, Some(d)) * product(b, 2, Some(d))).sum();
                     k[(dim * nodes + a) * size + dim * nodes + b] -= weight * self.permeability * dot;
                 }
             }

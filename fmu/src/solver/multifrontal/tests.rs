@@ -126,7 +126,9 @@ fn fronts_of_several_blocks_use_faer_and_agree() {
     let value = |i: usize, j: usize| ((i * 31 + j * 17 + (i * j) % 13) % 101) as f64 / 101.0 - 0.5;
     let triplets: Vec<_> = (0..n * n)
         .map(|k| (k % n, k / n))
-        .map(|(i, j)| faer::sparse::Triplet::new(i, j, if i == j { 0.0 } else { value(i, j) + value(j * j, i) }))
+        .map(|(i, j)| {
+            faer::sparse::Triplet::new(i, j, if i == j { 0.0 } else { value(i, j) + value(j * j, i) })
+        })
         .collect();
     let matrix = SparseColMat::try_new_from_triplets(n, n, &triplets).unwrap();
     let structure = Structure {
