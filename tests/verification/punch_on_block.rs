@@ -1,7 +1,7 @@
 //! A bonded flat punch on a large block: undrained, then drained.
 
 use approx::assert_relative_eq;
-use poropunch::parameters::{BoundaryParameters, GeometryParameters, MeshPreset};
+use poropunch::parameters::{BoundaryParameters, GeometryParameters};
 use poropunch::{Instance, Model, Parameters};
 use tests::poroelastic;
 
@@ -14,7 +14,6 @@ fn stiffness(size: f64, bulk: f64, mobility: f64, ramp: f64, hold: f64, bonded: 
     parameters.geometry =
         GeometryParameters { sample_radius: size, sample_height: size, ..Default::default() };
     parameters.boundary = BoundaryParameters { bonded_punch: bonded, ..Default::default() };
-    parameters.mesh.preset = MeshPreset::Fine;
     let model = Model::new(parameters).unwrap();
     let mut instance = Instance::new(&model, 0.0).unwrap();
     instance.set_displacement(DEPTH);
