@@ -185,9 +185,9 @@ impl Default for SolverParameters {
     fn default() -> Self {
         Self {
             time_scheme: TimeScheme::Sdirk2,
-            tolerance: 1e-3,
+            tolerance: 3e-4,
             initial_increment: 2e-6,
-            max_step: 30.0,
+            max_step: 1e6,
             newton_tolerance: 1e-9,
         }
     }

@@ -54,12 +54,13 @@ fn dissipation_is_never_negative() {
 }
 
 /// Goal: the fluid leaves the sample: in a drained equilibrium the expelled volume is the loss of volume.
-/// Set-up: P2 with a soft skeleton; sign and order of magnitude: below the punch's swept volume.
+/// Set-up: P2 with a soft elastic skeleton; sign and order of magnitude: below the punch's swept volume.
 #[test]
 fn fluid_is_expelled() {
     let mut parameters = Parameters::default();
     parameters.mesh.preset = MeshPreset::Coarse;
     parameters.material.lambda_star = 1e3;
+    parameters.material.branches.clear();
     let results = load_and_hold(&parameters, RATES[1], &[0.625, 90.0]);
     let swept = std::f64::consts::PI * 4e-6 * DEPTH;
     assert!(results[0].fluid_expelled > 0.0 && results[1].fluid_expelled > results[0].fluid_expelled);

@@ -251,6 +251,7 @@ fn mass(
 mod tests {
     use super::*;
     use crate::element::geometry::Geometry;
+    use crate::element::shape::POINTS;
     use crate::material::IDENTITY;
     use crate::mesh::Mesh;
     use crate::parameters::MaterialParameters;

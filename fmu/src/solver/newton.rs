@@ -6,6 +6,8 @@ use thiserror::Error;
 
 const MAX_ITERATIONS: usize = 25;
 const MAX_HALVINGS: usize = 6;
+/// Corrections below this fraction of the unknowns' units are rounding: the iteration has converged.
+const NEGLIGIBLE: f64 = 1e-10;
 /// Armijo-like factor: a full step is taken unless the residual hardly falls.
 const SUFFICIENT: f64 = 0.9;
 
@@ -83,6 +85,8 @@ pub fn solve(
         statistics.factorisations += 1;
         correction.copy_from_slice(residual);
         linear.solve(values, correction).map_err(|_| NewtonFailure::Singular(iteration))?;
+        let largest = correction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+        let converged = constrained && largest <= NEGLIGIBLE;
         for (c, s) in correction.iter_mut().zip(system.scale()) {
             *c *= s;
         }
@@ -115,6 +119,9 @@ pub fn solve(
         constrained = true;
         x.copy_from_slice(trial);
         norms.push(norm);
+        if converged {
+            return Ok(norms);
+        }
     }
     if norm <= tolerance {
         return Ok(norms);
