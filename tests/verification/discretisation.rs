@@ -56,7 +56,7 @@ fn patch_test() {
 /// Goal: the assembled tangent is consistent with the residual, history and seepage included.
 /// Set-up: one step of 0.03 s into Table 1's material at 1.6 mm/s after some loading.
 /// Reference: Newton's method; each residual at most `C` times the square of the one before, once it
-/// is small. Tolerance: C = 300 in dimensionless residuals, at least two such steps.
+/// is small. Tolerance: C = 30 in dimensionless residuals, at least two such steps.
 #[test]
 fn newton_converges_quadratically() {
     let mut parameters = Parameters::default();
@@ -70,8 +70,8 @@ fn newton_converges_quadratically() {
     }
     let norms = stepper.residual_norms();
     let mut squares = 0;
-    for pair in norms.windows(2).filter(|p| p[0] < 1e-2 && p[1] > 1e-12) {
-        assert!(pair[1] < 300.0 * pair[0] * pair[0], "{norms:?}");
+    for pair in norms.windows(2).filter(|p| p[0] < 1e-2 && p[1] > 1e-11) {
+        assert!(pair[1] < 30.0 * pair[0] * pair[0], "{norms:?}");
         squares += 1;
     }
     assert!(squares >= 2, "{norms:?}");

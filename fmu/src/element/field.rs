@@ -3,7 +3,7 @@
 use super::assembly::{AssemblyMap, History, Inadmissible};
 use super::geometry::{FacePoint, Geometry};
 use super::kernel::Point;
-use super::shape::{POINTS, gauss_lagrange};
+use super::shape::{POINTS, gauss_lagrange, volumetric_lagrange};
 use crate::material::PointMaterial;
 
 /// Volume integrals at one time.
@@ -91,9 +91,13 @@ pub fn face_forces(
             let point = Point::at(&geometry.elements[*element].points[k], &x_e).ok_or(failed)?;
             let cv = &history.cv_inverse[k * branches..(k + 1) * branches];
             let tau = material.elasticity(&point.f, cv, dt).ok_or(failed)?.kirchhoff_stress;
-            let (tau_vol, _) = material.volumetric_stress(point.jacobian).ok_or(failed)?;
-            sigma[0] += weight * (tau[1] + tau_vol) / point.jacobian;
+            sigma[0] += weight * tau[1] / point.jacobian;
             sigma[1] += weight * tau[3] / point.jacobian;
+        }
+        for (k, weight) in volumetric_lagrange(*xi).into_iter().enumerate() {
+            let point = Point::at(&geometry.elements[*element].volumetric[k], &x_e).ok_or(failed)?;
+            let (tau_vol, _) = material.volumetric_stress(point.jacobian).ok_or(failed)?;
+            sigma[0] += weight * tau_vol / point.jacobian;
         }
         let point = Point::at(place, &x_e).ok_or(failed)?;
         // Nanson: n da = J F^-T N dA, N = e_z.

@@ -68,6 +68,12 @@ pub static VOLUMETRIC_POINTS: LazyLock<[Shape; CORNERS]> = LazyLock::new(|| {
     })
 });
 
+/// Values at (xi, eta) of the bilinear functions that interpolate between the volumetric points.
+pub fn volumetric_lagrange(xi: [f64; 2]) -> [f64; CORNERS] {
+    let (a, b) = (linear(xi[0] * 3.0_f64.sqrt()), linear(xi[1] * 3.0_f64.sqrt()));
+    std::array::from_fn(|k| a[k % 2] * b[k / 2])
+}
+
 fn quadratic(x: f64) -> ([f64; 3], [f64; 3]) {
     ([0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)], [x - 0.5, -2.0 * x, x + 0.5])
 }

@@ -96,7 +96,8 @@ impl Path {
             self.settle(stepper, now, statistics)?;
             let change = (velocity - self.piece.velocity).abs();
             self.piece = Piece { start_time: now, start: from, velocity };
-            self.first_step = solver.initial_increment / change;
+            // Half the first communication step at most: between the first two nodes there is only a line.
+            self.first_step = (solver.initial_increment / change).min(0.5 * (end - now));
             self.next_step = self.next_step.min(self.first_step);
             self.nodes = vec![(now, self.base.outputs)];
         }
@@ -182,7 +183,7 @@ impl Path {
                 Err(reason) => {
                     statistics.cuts += 1;
                     *dt *= 0.25;
-                    if *dt < MIN_FRACTION * self.first_step.min(1.0) {
+                    if *dt < MIN_FRACTION * self.first_step {
                         return Err(StepError::NoConvergence {
                             time: base.time,
                             step_size: *dt,
@@ -212,9 +213,13 @@ impl Path {
     }
 
     /// Lagrange weights in the square root of the time since the change of velocity, in which both
-    /// linear growth and seepage (square root of time) are polynomials.
+    /// linear growth and seepage (square root of time) are polynomials; two nodes give a line in time.
     fn weights(&self, nodes: &[(f64, Outputs)], time: f64) -> Vec<f64> {
-        let s = |t: f64| (t - self.piece.start_time + self.first_step.min(1.0)).max(0.0).sqrt();
+        let root = nodes.len() > 2;
+        let s = |t: f64| {
+            let since = t - self.piece.start_time;
+            if root { (since + self.first_step).max(0.0).sqrt() } else { since }
+        };
         let x = s(time);
         let known: Vec<f64> = nodes.iter().map(|(t, _)| s(*t)).collect();
         known

@@ -189,8 +189,9 @@ impl Stepper {
             indentation,
             raw_residual: &mut self.raw_residual,
         };
-        newton::solve(&mut system, &mut self.linear, &mut self.work, x, self.tolerance, statistics)
-            .map(|_| ())
+        self.residual_norms =
+            newton::solve(&mut system, &mut self.linear, &mut self.work, x, self.tolerance, statistics)?;
+        Ok(())
     }
 
     fn faces(&self, new: &mut State, dt: f64) -> Result<(), NewtonFailure> {

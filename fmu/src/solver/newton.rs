@@ -6,8 +6,9 @@ use thiserror::Error;
 
 const MAX_ITERATIONS: usize = 25;
 const MAX_HALVINGS: usize = 6;
-/// Corrections below this fraction of the unknowns' units are rounding: the iteration has converged.
-const NEGLIGIBLE: f64 = 1e-10;
+/// Corrections below this fraction of the unknowns' units no longer matter: one that cannot lower the
+/// residual any more is rounding, and the iteration has converged.
+const NEGLIGIBLE: f64 = 1e-7;
 /// Armijo-like factor: a full step is taken unless the residual hardly falls.
 const SUFFICIENT: f64 = 0.9;
 
@@ -86,7 +87,7 @@ pub fn solve(
         correction.copy_from_slice(residual);
         linear.solve(values, correction).map_err(|_| NewtonFailure::Singular(iteration))?;
         let largest = correction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        let converged = constrained && largest <= NEGLIGIBLE;
+        let negligible = constrained && largest <= NEGLIGIBLE;
         for (c, s) in correction.iter_mut().zip(system.scale()) {
             *c *= s;
         }
@@ -107,6 +108,7 @@ pub fn solve(
                     break n;
                 }
                 Ok(n) if n.is_finite() && last && n < norm => break n,
+                Ok(n) if n.is_finite() && negligible => return Ok(norms),
                 Err(element) if last || !constrained => return Err(NewtonFailure::Inadmissible(element)),
                 _ if last => {
                     return Err(NewtonFailure::NotConverged { iterations: iteration, residual: norm });
@@ -119,9 +121,6 @@ pub fn solve(
         constrained = true;
         x.copy_from_slice(trial);
         norms.push(norm);
-        if converged {
-            return Ok(norms);
-        }
     }
     if norm <= tolerance {
         return Ok(norms);
