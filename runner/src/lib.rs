@@ -1,0 +1,3 @@
+//! The runner's parts: the FMI loader, the packager.
+
+pub mod fmi;
