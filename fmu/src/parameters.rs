@@ -115,10 +115,12 @@ pub enum MeshPreset {
 pub struct MeshParameters {
     /// The preset.
     pub preset: MeshPreset,
-    /// Size of the element at the punch's edge [m]; 0 takes the preset's.
+    /// Size of the innermost ring of elements at the punch's edge [m]; 0 takes the preset's.
     pub edge_size: f64,
-    /// Ratio of neighbouring element sizes [-]; 0 takes the preset's.
+    /// Ratio of neighbouring rings [-]; 0 takes the preset's.
     pub growth: f64,
+    /// Elements along the inner side of every ring; 0 takes the preset's.
+    pub divisions: u32,
 }
 
 /// Boundary conditions, each one switchable. `default()` is the paper's.
@@ -168,8 +170,8 @@ pub struct SolverParameters {
     pub time_scheme: TimeScheme,
     /// Relative error allowed per step in the force [-].
     pub tolerance: f64,
-    /// First step after a change of the punch's velocity [s].
-    pub initial_step: f64,
+    /// Travel of the punch within the first step after a change of its velocity [m].
+    pub initial_increment: f64,
     /// Largest step [s].
     pub max_step: f64,
     /// Newton iteration ends when the scaled residual is below this [-].
@@ -181,7 +183,7 @@ impl Default for SolverParameters {
         Self {
             time_scheme: TimeScheme::Sdirk2,
             tolerance: 1e-3,
-            initial_step: 1e-3,
+            initial_increment: 2e-6,
             max_step: 30.0,
             newton_tolerance: 1e-9,
         }
@@ -213,12 +215,13 @@ impl Parameters {
             within("mesh.edge_size", self.mesh.edge_size, 1e-5 * g.punch_radius, g.punch_radius)?;
         }
         if self.mesh.growth != 0.0 {
-            within("mesh.growth", self.mesh.growth, 1.0, 10.0)?;
+            within("mesh.growth", self.mesh.growth, 1.05, 10.0)?;
         }
+        within("mesh.divisions", f64::from(self.mesh.divisions), 0.0, 64.0)?;
         let s = &self.solver;
         within("solver.tolerance", s.tolerance, 1e-9, 1.0)?;
-        positive("solver.initial_step", s.initial_step)?;
-        within("solver.max_step", s.max_step, s.initial_step, f64::MAX)?;
+        positive("solver.initial_increment", s.initial_increment)?;
+        positive("solver.max_step", s.max_step)?;
         within("solver.newton_tolerance", s.newton_tolerance, 1e-14, 1e-2)
     }
 }
