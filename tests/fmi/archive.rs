@@ -75,7 +75,7 @@ fn has_everything_and_is_the_same_byte_for_byte() {
     assert!(std::fs::read(&path).unwrap() == bytes, "two archives of the same contents differ");
 
     let mut zip = zip::ZipArchive::new(std::io::Cursor::new(bytes)).unwrap();
-    let names: Vec<_> = zip.file_names().map(str::to_owned).collect();
+    let names: Vec<_> = zip.file_names().map(|name| name.unwrap().into_owned()).collect();
     for expected in [
         "modelDescription.xml",
         "model.png",

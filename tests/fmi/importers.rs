@@ -93,7 +93,7 @@ fn a_second_importer_agrees() {
     let builder = fmi_rs::fmi2::builder::FMU2Builder::new(&archive()).unwrap();
     let instance = builder.instantiate_cs("second").unwrap();
     let ok = |status: fmi_rs::fmi2::types::fmi2Status| {
-        assert_eq!(status, fmi_rs::fmi2::types::fmi2Status::fmi2OK);
+        assert_eq!(status, fmi_rs::fmi2::types::fmi2Status::Ok);
     };
     let [displacement, rate] = ["displacement", "displacement_rate"].map(reference);
     ok(instance.setInteger(&[reference("mesh.preset")], &[1]));
@@ -108,7 +108,7 @@ fn a_second_importer_agrees() {
         // The end of FMPy's step, given as the start and a rate.
         let step = to[0] - from[0];
         ok(instance.setReal(&[displacement, rate], &[from[1], (to[1] - from[1]) / step]));
-        ok(instance.doStep(from[0], step, true));
+        ok(instance.doStep(from[0], step, 1));
         let mut values = [0.0; 4];
         ok(instance.getReal(&names, &mut values));
         result.push([&to[..2], &values].concat());
