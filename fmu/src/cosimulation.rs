@@ -128,7 +128,7 @@ impl Slave {
             let variable = by_reference(reference)?;
             variable.set(&mut settings, value)?;
             if self.run.is_some() && variable.causality == Causality::Parameter {
-                return Err(SlaveError::Fixed(variable.name.clone()));
+                return Err(SlaveError::Fixed(variable.name.to_owned()));
             }
         }
         self.settings = settings;
@@ -142,7 +142,7 @@ impl Slave {
     pub fn set_input_derivative(&mut self, reference: u32, order: i32, value: f64) -> Result<(), SlaveError> {
         let variable = by_reference(reference)?;
         if by_name("displacement").is_none_or(|(displacement, _)| displacement != reference) {
-            return Err(SlaveError::NotInterpolated(variable.name.clone()));
+            return Err(SlaveError::NotInterpolated(variable.name.to_owned()));
         }
         if order != 1 {
             return Err(SlaveError::DerivativeOrder(order));

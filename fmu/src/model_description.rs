@@ -140,8 +140,8 @@ fn scalar_variable(x: &mut String, reference: usize, variable: &Variable) {
     *x += &format!(
         "    <ScalarVariable name=\"{}\" valueReference=\"{reference}\" causality=\"{causality}\" \
          variability=\"{variability}\"{initial}\n      description=\"{}\">\n      <{kind}/>\n    </ScalarVariable>\n",
-        escape(&variable.name),
-        escape(&variable.description),
+        escape(variable.name),
+        escape(variable.description),
     );
 }
 

@@ -10,8 +10,6 @@ pub mod units;
 pub use settings::{BRANCHES, ProtocolSource, Readings, Settings};
 pub use units::Unit;
 
-use std::sync::LazyLock;
-
 /// Role of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Causality {
@@ -104,12 +102,12 @@ enum Binding {
 }
 
 /// One row of the table.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct Variable {
     /// Name, the same in library, FMU, command line and files.
-    pub name: String,
+    pub name: &'static str,
     /// What it is, for a person.
-    pub description: String,
+    pub description: &'static str,
     /// Role.
     pub causality: Causality,
     /// How it may change.
@@ -186,7 +184,7 @@ impl Variable {
             (Binding::Integer(_, set), Value::Integer(v)) => set(settings, v),
             (Binding::Boolean(_, set), Value::Boolean(v)) => set(settings, v),
             (Binding::RealOutput(_) | Binding::IntegerOutput(_), _) => {
-                return Err(VariableError::ReadOnly(self.name.clone()));
+                return Err(VariableError::ReadOnly(self.name.to_owned()));
             }
             (_, value) => return Err(self.wrong_type(value)),
         }
@@ -218,7 +216,7 @@ impl Variable {
     fn check(&self, value: Value) -> Result<(), VariableError> {
         let (number, (min, max), unit) = match (self.kind, value) {
             (Kind::Real { .. }, Value::Real(v)) if !v.is_finite() => {
-                return Err(VariableError::NotFinite { name: self.name.clone(), value: v });
+                return Err(VariableError::NotFinite { name: self.name.to_owned(), value: v });
             }
             (Kind::Real { unit, range: Some(range) }, Value::Real(v)) => (v, range, unit.symbol),
             (Kind::Integer { range: Some((min, max)) }, Value::Integer(v)) => {
@@ -230,7 +228,7 @@ impl Variable {
         if (min..=max).contains(&number) {
             return Ok(());
         }
-        Err(VariableError::OutOfRange { name: self.name.clone(), value: number, min, max, unit })
+        Err(VariableError::OutOfRange { name: self.name.to_owned(), value: number, min, max, unit })
     }
 
     pub(crate) fn wrong_type(&self, asked: Value) -> VariableError {
@@ -239,14 +237,13 @@ impl Variable {
             Value::Integer(_) => "Integer",
             Value::Boolean(_) => "Boolean",
         };
-        VariableError::WrongType { name: self.name.clone(), asked }
+        VariableError::WrongType { name: self.name.to_owned(), asked }
     }
 }
 
 /// All variables; the index is the FMI value reference.
 pub fn table() -> &'static [Variable] {
-    static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(table::build);
-    &TABLE
+    &table::TABLE
 }
 
 /// Value reference and variable called `name`.

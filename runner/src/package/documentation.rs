@@ -82,7 +82,7 @@ fn row(variable: &Variable) -> String {
     let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     format!(
         "<tr><td><code>{}</code></td><td>{start}</td><td>{range}</td><td>{unit}</td><td>{}</td></tr>\n",
-        escape(&variable.name),
-        escape(&variable.description)
+        escape(variable.name),
+        escape(variable.description)
     )
 }

@@ -95,7 +95,8 @@ def simulate(fmu, way, step):
     result = simulate_fmu(
         fmu, stop_time=STOP, output_interval=step, start_values=start, input=given, output=OUTPUT
     )
-    return [list(row) for row in result]
+    # FMPy sorts its columns as the description does.
+    return [[row["time"]] + [row[name] for name in OUTPUT] for row in result]
 
 
 def write(path, rows):
