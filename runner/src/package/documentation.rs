@@ -17,8 +17,8 @@ print(result["force"].max())
 </pre>
 <h2>Your own displacement: mind the input hold</h2>
 <p>Most masters set the inputs at the <em>start</em> of a step and then step. If only
-<code>displacement</code> is given, the punch lags by one communication step: on a 1 s ramp the force is
-off by about 15 % with steps of 0.1 s and 1.6 % with steps of 0.01 s. Three ways avoid it:</p>
+<code>displacement</code> is given, the punch lags by one communication step: on protocol P2 the force is
+off by up to 17 % of its peak with steps of 0.1 s, and 6 % with steps of 0.01 s. Three ways avoid it, all exact:</p>
 <ol>
 <li><code>protocol.source = trapezoid</code>: the FMU makes the test itself, with exact corners.</li>
 <li>Give the input <code>displacement_rate</code> too, the slope of the displacement during the next
