@@ -9,17 +9,23 @@
 //! Parameters -> Model (mesh, structure) -> Instance -> advance, advance, ... -> Outputs
 //! ```
 
+pub mod cosimulation;
 pub mod element;
 pub mod error;
+mod hash;
 pub mod indentation;
 pub mod instance;
 pub mod material;
 pub mod mesh;
+pub mod model_description;
 pub mod outputs;
 pub mod parameters;
+pub mod protocol;
 pub mod solver;
+pub mod variables;
 
 pub use error::{ParameterError, StepError};
 pub use instance::{Instance, Model, Snapshot};
 pub use outputs::{Outputs, Statistics};
 pub use parameters::Parameters;
+pub use protocol::{Protocol, Trapezoid};
