@@ -1,0 +1,12 @@
+//! poropunch's command line as a library: simulate, identify, package.
+//!
+//! ```text
+//! simulate: CSV -> Protocol -> FMU instance -> step, step, ... -> ForceCurve -> CSV, SVG
+//! identify: Measurement -> Objective (parameters -> residuals) -> trust-region steps over the pool -> report
+//! ```
+//! The model is evaluated through the FMU only; the model's library is linked for names, units and protocols.
+
+pub mod cache;
+pub mod data;
+pub mod pool;
+pub mod units;
