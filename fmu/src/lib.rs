@@ -9,12 +9,18 @@
 //! Parameters -> Model (mesh, structure) -> Instance -> advance, advance, ... -> Outputs
 //! ```
 
+pub mod cosimulation;
 pub mod error;
+mod hash;
 pub mod instance;
+pub mod model_description;
 pub mod outputs;
 pub mod parameters;
+pub mod protocol;
+pub mod variables;
 
 pub use error::{ParameterError, StepError};
 pub use instance::{Instance, Model, Snapshot};
 pub use outputs::{Outputs, Statistics};
 pub use parameters::Parameters;
+pub use protocol::{Protocol, Trapezoid};

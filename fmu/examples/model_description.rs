@@ -1,0 +1,4 @@
+//! Prints `modelDescription.xml`; the committed file is its output.
+fn main() {
+    print!("{}", poropunch::model_description::xml());
+}

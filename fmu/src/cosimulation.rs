@@ -1,0 +1,341 @@
+//! The FMI co-simulation slave without any C: settings by value reference, initialise, step, save.
+
+use crate::hash::fnv1a_128;
+use crate::model_description::guid_number;
+use crate::protocol::{Protocol, ProtocolError};
+use crate::variables::{
+    Causality, ProtocolSource, Readings, Settings, Value, VariableError, by_name, by_reference,
+};
+use crate::{Instance, Model, Outputs, ParameterError, Snapshot, StepError};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Relative slack of communication times: masters sum up step sizes.
+pub const TIME_SLACK: f64 = 1e-9;
+
+/// Why a call failed. The slave is as it was before the call.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SlaveError {
+    /// A value reference, type or value.
+    #[error(transparent)]
+    Variable(#[from] VariableError),
+    /// A parameter set the model cannot be built from.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The built-in protocol.
+    #[error("built-in protocol: {0}")]
+    Protocol(#[from] ProtocolError),
+    /// A step that could not be made.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// A parameter set while running.
+    #[error("{0} is fixed: set it before the end of the initialisation")]
+    Fixed(String),
+    /// Only an input has a derivative.
+    #[error("{0} is not the input `displacement`: only its derivative can be set")]
+    NotInterpolated(String),
+    /// Only first derivatives are used.
+    #[error("order {0} of an input derivative: only order 1 is supported")]
+    DerivativeOrder(i32),
+    /// A step before initialisation.
+    #[error("the slave is not initialised")]
+    NotInitialised,
+    /// A communication point that the slave is not at.
+    #[error("communication point {asked} s, but the slave is at {actual} s")]
+    WrongTime {
+        /// Asked for [s].
+        asked: f64,
+        /// Where the slave is [s].
+        actual: f64,
+    },
+    /// Bytes that are not a saved state of this slave.
+    #[error("not a saved state of this FMU: {0}")]
+    BadState(&'static str),
+}
+
+#[derive(Debug, Clone)]
+struct Run {
+    instance: Instance,
+    start_time: f64,
+    time: f64,
+    protocol: Option<Protocol>,
+}
+
+/// One co-simulation slave.
+#[derive(Debug, Clone, Default)]
+pub struct Slave {
+    settings: Settings,
+    derivative: Option<f64>,
+    run: Option<Run>,
+    /// The last model built, kept because masters reset and start again with the same parameters.
+    model: Option<Model>,
+}
+
+/// A complete saved state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SlaveState {
+    settings: Settings,
+    derivative: Option<f64>,
+    run: Option<RunState>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct RunState {
+    start_time: f64,
+    time: f64,
+    snapshot: Snapshot,
+}
+
+impl Slave {
+    /// A slave with the start values of the table.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Value of a variable; outputs are those of the last step.
+    ///
+    /// # Errors
+    /// When there is no such variable.
+    pub fn get(&self, reference: u32) -> Result<Value, SlaveError> {
+        Ok(by_reference(reference)?.get(&self.settings, &self.readings()))
+    }
+
+    /// Values of many variables, with the outputs read once.
+    ///
+    /// # Errors
+    /// When one of them does not exist or `pick` finds another type than it wants.
+    pub fn get_each<T>(
+        &self,
+        references: &[u32],
+        pick: impl Fn(Value) -> Option<T>,
+        asked: Value,
+    ) -> Result<Vec<T>, SlaveError> {
+        let readings = self.readings();
+        let one = |&reference: &u32| -> Result<T, SlaveError> {
+            let variable = by_reference(reference)?;
+            Ok(pick(variable.get(&self.settings, &readings)).ok_or_else(|| variable.wrong_type(asked))?)
+        };
+        references.iter().map(one).collect()
+    }
+
+    /// Sets parameters and inputs: all, or none when one is refused.
+    ///
+    /// # Errors
+    /// On an unknown variable, another type, a value out of range, or a parameter after initialisation.
+    pub fn set(&mut self, values: &[(u32, Value)]) -> Result<(), SlaveError> {
+        let mut settings = self.settings.clone();
+        for &(reference, value) in values {
+            let variable = by_reference(reference)?;
+            variable.set(&mut settings, value)?;
+            if self.run.is_some() && variable.causality == Causality::Parameter {
+                return Err(SlaveError::Fixed(variable.name.clone()));
+            }
+        }
+        self.settings = settings;
+        Ok(())
+    }
+
+    /// Sets the velocity of the punch for the next step [m/s]; it takes the place of `displacement_rate`.
+    ///
+    /// # Errors
+    /// Unless the variable is `displacement`, the order 1 and the value finite.
+    pub fn set_input_derivative(&mut self, reference: u32, order: i32, value: f64) -> Result<(), SlaveError> {
+        let variable = by_reference(reference)?;
+        if by_name("displacement").is_none_or(|(displacement, _)| displacement != reference) {
+            return Err(SlaveError::NotInterpolated(variable.name.clone()));
+        }
+        if order != 1 {
+            return Err(SlaveError::DerivativeOrder(order));
+        }
+        if !value.is_finite() {
+            return Err(VariableError::NotFinite { name: format!("der({})", variable.name), value }.into());
+        }
+        self.derivative = Some(value);
+        Ok(())
+    }
+
+    /// Builds the model from the parameters and puts the punch at its first position.
+    ///
+    /// # Errors
+    /// When the parameters are not admissible or the punch would start inside the sample.
+    pub fn initialise(&mut self, start_time: f64) -> Result<(), SlaveError> {
+        self.start(start_time, self.start_displacement())
+    }
+
+    fn start(&mut self, start_time: f64, displacement: f64) -> Result<(), SlaveError> {
+        let parameters = self.settings.parameters();
+        let model = match &self.model {
+            Some(model) if *model.parameters() == parameters => model.clone(),
+            _ => Model::new(parameters)?,
+        };
+        let protocol = match self.settings.source {
+            ProtocolSource::Inputs => None,
+            ProtocolSource::Trapezoid => Some(self.settings.trapezoid.protocol()?),
+        };
+        let instance = Instance::new(&model, displacement)?;
+        self.model = Some(model);
+        self.run = Some(Run { instance, start_time, time: start_time, protocol });
+        Ok(())
+    }
+
+    fn start_displacement(&self) -> f64 {
+        match self.settings.source {
+            ProtocolSource::Inputs => self.settings.displacement,
+            ProtocolSource::Trapezoid => -self.settings.trapezoid.start_gap,
+        }
+    }
+
+    /// Before initialisation the sample is undeformed: nothing but the punch's position is not zero.
+    fn readings(&self) -> Readings {
+        match &self.run {
+            Some(run) => Readings { outputs: run.instance.outputs(), statistics: run.instance.statistics() },
+            None => Readings {
+                outputs: Outputs { displacement: self.start_displacement(), ..Outputs::default() },
+                ..Readings::default()
+            },
+        }
+    }
+
+    /// Communication time [s], once initialised.
+    pub fn time(&self) -> Option<f64> {
+        self.run.as_ref().map(|run| run.time)
+    }
+
+    /// From the communication point `current` over a step of `size` [s].
+    ///
+    /// # Errors
+    /// When the slave is elsewhere, the size is not positive, or the model cannot make the step; nothing
+    /// has changed then.
+    pub fn step(&mut self, current: f64, size: f64) -> Result<(), SlaveError> {
+        let run = self.run.as_mut().ok_or(SlaveError::NotInitialised)?;
+        if !(size > 0.0 && size.is_finite()) {
+            return Err(StepError::BadDuration(size).into());
+        }
+        let slack = TIME_SLACK * run.time.abs().max(1.0);
+        // Written so that NaN is refused.
+        if !((current - run.time).abs() <= slack) {
+            return Err(SlaveError::WrongTime { asked: current, actual: run.time });
+        }
+        match &run.protocol {
+            None => {
+                let rate = self.derivative.unwrap_or(self.settings.displacement_rate);
+                run.instance.set_displacement(self.settings.displacement + rate * size);
+                run.instance.advance(size)?;
+            }
+            Some(protocol) => {
+                let from = current - run.start_time;
+                follow(&mut run.instance, protocol, from, from + size)?;
+            }
+        }
+        run.time = current + size;
+        self.derivative = None;
+        Ok(())
+    }
+
+    /// Back to the state after `new`.
+    pub fn reset(&mut self) {
+        *self = Self { model: self.model.take(), ..Self::default() };
+    }
+
+    /// The complete state.
+    pub fn save(&self) -> SlaveState {
+        let run = self.run.as_ref().map(|run| RunState {
+            start_time: run.start_time,
+            time: run.time,
+            snapshot: run.instance.save(),
+        });
+        SlaveState { settings: self.settings.clone(), derivative: self.derivative, run }
+    }
+
+    /// Returns to a saved state, bit for bit.
+    ///
+    /// # Errors
+    /// When the state does not fit its own parameters.
+    pub fn restore(&mut self, state: &SlaveState) -> Result<(), SlaveError> {
+        let mut restored =
+            Self { settings: state.settings.clone(), derivative: None, run: None, model: self.model.clone() };
+        if let Some(saved) = &state.run {
+            // The snapshot overwrites the punch's position: any admissible one will do.
+            restored.start(saved.start_time, 0.0)?;
+            let run = restored.run.as_mut().ok_or(SlaveError::NotInitialised)?;
+            run.instance.restore(&saved.snapshot)?;
+            run.time = saved.time;
+        }
+        restored.derivative = state.derivative;
+        *self = restored;
+        Ok(())
+    }
+}
+
+/// Follows the protocol, honouring the breakpoints inside the step.
+fn follow(instance: &mut Instance, protocol: &Protocol, from: f64, to: f64) -> Result<(), StepError> {
+    // A breakpoint this close to an end of the step belongs to it.
+    let slack = TIME_SLACK * (to - from);
+    let inside = protocol.breakpoints_between(from + slack, to - slack);
+    let before = (!inside.is_empty()).then(|| instance.save());
+    let mut time = from;
+    for (end, displacement) in inside.iter().copied().chain([(to, protocol.displacement(to))]) {
+        instance.set_displacement(displacement);
+        if let Err(error) = instance.advance(end - time) {
+            if let Some(before) = &before {
+                // Cannot fail: the state was saved by this very instance.
+                let _ = instance.restore(before);
+            }
+            return Err(error);
+        }
+        time = end;
+    }
+    Ok(())
+}
+
+const MAGIC: [u8; 8] = *b"POROFMU\0";
+const VERSION: u32 = 1;
+/// Magic, version, GUID, length of the payload.
+const HEADER: usize = 8 + 4 + 16 + 8;
+const CHECKSUM: usize = 16;
+
+impl SlaveState {
+    /// Header, payload, checksum; little-endian, valid in another process and on another machine.
+    ///
+    /// # Errors
+    /// When the state cannot be written.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, SlaveError> {
+        let payload =
+            postcard::to_allocvec(self).map_err(|_| SlaveError::BadState("it cannot be serialised"))?;
+        let mut bytes = Vec::with_capacity(HEADER + payload.len() + CHECKSUM);
+        bytes.extend(MAGIC);
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(guid_number().to_le_bytes());
+        bytes.extend((payload.len() as u64).to_le_bytes());
+        bytes.extend(payload);
+        bytes.extend(fnv1a_128(&bytes).to_le_bytes());
+        Ok(bytes)
+    }
+
+    /// Reads what [`SlaveState::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// When anything about the bytes is wrong: they may come from anywhere.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SlaveError> {
+        let bad = SlaveError::BadState;
+        let body =
+            bytes.len().checked_sub(CHECKSUM).filter(|&n| n >= HEADER).ok_or(bad("it is too short"))?;
+        let (body, checksum) = bytes.split_at(body);
+        if body[..8] != MAGIC {
+            return Err(bad("it does not begin like one"));
+        }
+        if body[8..12] != VERSION.to_le_bytes() {
+            return Err(bad("another version of the format"));
+        }
+        if body[12..28] != guid_number().to_le_bytes() {
+            return Err(bad("written by an FMU with another GUID"));
+        }
+        if body[28..HEADER] != ((body.len() - HEADER) as u64).to_le_bytes() {
+            return Err(bad("its length is wrong"));
+        }
+        if *checksum != fnv1a_128(body).to_le_bytes() {
+            return Err(bad("its checksum is wrong"));
+        }
+        postcard::from_bytes(&body[HEADER..]).map_err(|_| bad("its contents cannot be read"))
+    }
+}

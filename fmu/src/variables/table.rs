@@ -1,0 +1,481 @@
+//! The entries. Starts come from `Default`, so no number of the model is written twice.
+
+use super::units::{
+    CUBIC_METRE, JOULE, METRE, METRE_PER_SECOND, NEWTON, ONE, PASCAL, PASCAL_SECOND, SECOND, SQUARE_METRE,
+    Unit, WATT,
+};
+use super::{
+    Binding, Causality, Enumeration, Identification, Kind, ProtocolSource, Readings, Variability, Variable,
+};
+use crate::parameters::{MeshPreset, TimeScheme};
+
+const MESH_PRESET: Enumeration = Enumeration {
+    name: "MeshPreset",
+    items: &[
+        ("coarse", "For trying things out"),
+        ("standard", "Within 0.5 % of the zero-mesh-size limit"),
+        ("fine", "Within 0.2 % of the zero-mesh-size limit"),
+    ],
+};
+const TIME_SCHEME: Enumeration = Enumeration {
+    name: "TimeScheme",
+    items: &[
+        ("sdirk2", "Two-stage, stiffly accurate, L-stable SDIRK: second order"),
+        ("backward_euler", "Backward Euler, the paper's: first order"),
+    ],
+};
+const PROTOCOL_SOURCE: Enumeration = Enumeration {
+    name: "ProtocolSource",
+    items: &[
+        ("inputs", "The punch follows the inputs displacement and displacement_rate"),
+        ("trapezoid", "The punch follows the built-in protocol; the inputs are ignored"),
+    ],
+};
+
+/// Reader and writer of a field of `Settings`.
+macro_rules! field {
+    ($kind:ident, $($path:ident).+) => { Binding::$kind(|s| s.$($path).+, |s, v| s.$($path).+ = v) };
+}
+
+/// Reader and writer of an enumeration, its items in the order of the variants.
+macro_rules! choice {
+    ($first:path, [$($variant:path),+], $($path:ident).+) => {
+        Binding::Integer(
+            |s| s.$($path).+ as i32 + 1,
+            |s, v| s.$($path).+ = [$($variant),+].into_iter().find(|x| *x as i32 + 1 == v).unwrap_or($first),
+        )
+    };
+}
+
+fn variable(name: &str, description: &str, kind: Kind, binding: Binding) -> Variable {
+    let (causality, variability) = match binding {
+        Binding::RealOutput(_) => (Causality::Output, Variability::Continuous),
+        Binding::IntegerOutput(_) => (Causality::Output, Variability::Discrete),
+        _ => (Causality::Parameter, Variability::Fixed),
+    };
+    let (name, description) = (name.to_owned(), description.to_owned());
+    Variable { name, description, causality, variability, kind, identification: None, binding }
+}
+
+fn real(
+    name: &str,
+    description: &str,
+    unit: &'static Unit,
+    (min, max): (f64, f64),
+    binding: Binding,
+) -> Variable {
+    variable(name, description, Kind::Real { unit, range: Some((min, max)) }, binding)
+}
+
+fn flag(name: &str, description: &str, binding: Binding) -> Variable {
+    variable(name, description, Kind::Boolean, binding)
+}
+
+fn output(name: &str, description: &str, unit: &'static Unit, get: fn(&Readings) -> f64) -> Variable {
+    variable(name, description, Kind::Real { unit, range: None }, Binding::RealOutput(get))
+}
+
+fn count(name: &str, description: &str, get: fn(&Readings) -> i32) -> Variable {
+    variable(name, description, Kind::Integer { range: None }, Binding::IntegerOutput(get))
+}
+
+/// FMI integers have 32 bits.
+fn saturate(count: u64) -> i32 {
+    i32::try_from(count).unwrap_or(i32::MAX)
+}
+
+impl Variable {
+    /// Bounds of Table 1 [SI].
+    fn fitted(mut self, lower: f64, upper: f64) -> Self {
+        self.identification = Some(Identification { lower, upper, free: true });
+        self
+    }
+
+    fn input(mut self, variability: Variability) -> Self {
+        (self.causality, self.variability) = (Causality::Input, variability);
+        self
+    }
+}
+
+const MU: (f64, f64) = (-1e9, 1e9);
+const ALPHA: (f64, f64) = (-100.0, 100.0);
+const ETA: (f64, f64) = (1e-9, 1e12);
+const LENGTH: (f64, f64) = (1e-6, 1.0);
+const DURATION: (f64, f64) = (0.0, 1e6);
+const RATE: (f64, f64) = (1e-9, 1.0);
+
+pub(super) fn build() -> Vec<Variable> {
+    let mut all = inputs();
+    all.extend(outputs());
+    all.extend(statistics());
+    all.extend(material());
+    all.extend(branch::<0>());
+    all.extend(branch::<1>());
+    all.extend(branch::<2>());
+    all.extend(branch::<3>());
+    all.extend(geometry());
+    all.extend(mesh());
+    all.extend(boundary());
+    all.extend(solver());
+    all.extend(protocol());
+    all
+}
+
+fn inputs() -> Vec<Variable> {
+    vec![
+        real(
+            "displacement",
+            "Displacement of the punch, positive into the sample; 0 touches the undeformed surface. \
+             Within a step the punch moves linearly to displacement + rate * step",
+            &METRE,
+            (-1.0, 1.0),
+            field!(Real, displacement),
+        )
+        .input(Variability::Continuous),
+        real(
+            "displacement_rate",
+            "Velocity of the punch during the next step, for masters that set inputs only at the start of \
+             a step; the input derivative of displacement, where set, takes its place",
+            &METRE_PER_SECOND,
+            (-1.0, 1.0),
+            field!(Real, displacement_rate),
+        )
+        .input(Variability::Discrete),
+    ]
+}
+
+fn outputs() -> Vec<Variable> {
+    vec![
+        output("force", "Reaction force on the punch (work-conjugate, nodal)", &NEWTON, |r| r.outputs.force),
+        output("force_solid", "Part of the force carried by the solid", &NEWTON, |r| r.outputs.force_solid),
+        output("force_fluid", "Part of the force carried by the pore pressure", &NEWTON, |r| {
+            r.outputs.force_fluid
+        }),
+        output(
+            "force_traction",
+            "Surface integral of the traction under the punch, as the paper reports it; does not converge \
+             with the mesh",
+            &NEWTON,
+            |r| r.outputs.force_traction,
+        ),
+        output("punch_displacement", "Displacement reached by the punch", &METRE, |r| r.outputs.displacement),
+        output("viscous_dissipation_rate", "Viscous dissipation rate (Eq. 13)", &WATT, |r| {
+            r.outputs.viscous_dissipation_rate
+        }),
+        output("viscous_dissipation", "Viscous dissipation since the start", &JOULE, |r| {
+            r.outputs.viscous_dissipation
+        }),
+        output("porous_dissipation_rate", "Porous dissipation rate (Eq. 14)", &WATT, |r| {
+            r.outputs.porous_dissipation_rate
+        }),
+        output("porous_dissipation", "Porous dissipation since the start", &JOULE, |r| {
+            r.outputs.porous_dissipation
+        }),
+        output("stored_energy", "Stored energy of equilibrium, branches and volume", &JOULE, |r| {
+            r.outputs.stored_energy
+        }),
+        output("external_work", "Work of the punch since the start", &JOULE, |r| r.outputs.external_work),
+        output("fluid_expelled", "Fluid volume pressed out of the sample", &CUBIC_METRE, |r| {
+            r.outputs.fluid_expelled
+        }),
+    ]
+}
+
+fn statistics() -> Vec<Variable> {
+    vec![
+        count("statistics.steps", "Accepted time steps", |r| saturate(r.statistics.steps)),
+        count("statistics.iterations", "Newton iterations", |r| saturate(r.statistics.iterations)),
+        count("statistics.factorisations", "Matrix factorisations", |r| {
+            saturate(r.statistics.factorisations)
+        }),
+        count("statistics.cuts", "Steps cut after a failure or an excessive error", |r| {
+            saturate(r.statistics.cuts)
+        }),
+    ]
+}
+
+fn material() -> Vec<Variable> {
+    vec![
+        real(
+            "material.n0s",
+            "Initial solid volume fraction n0S",
+            &ONE,
+            (1e-6, 0.999),
+            field!(Real, padded.material.n0s),
+        ),
+        real(
+            "material.lambda_star",
+            "Volumetric stiffness lambda* (Eq. 10)",
+            &PASCAL,
+            (1e-3, 1e12),
+            field!(Real, padded.material.lambda_star),
+        ),
+        real(
+            "material.fluid_viscosity",
+            "Dynamic viscosity mu_FR of the pore fluid",
+            &PASCAL_SECOND,
+            (1e-9, 1e6),
+            field!(Real, padded.material.fluid_viscosity),
+        ),
+        real(
+            "material.permeability",
+            "Initial intrinsic permeability K0 (Eq. 11)",
+            &SQUARE_METRE,
+            (1e-30, 1e-3),
+            field!(Real, padded.material.permeability),
+        )
+        .fitted(1e-20, 1e-8),
+        real(
+            "material.equilibrium.mu",
+            "Ogden coefficient mu of the equilibrium response (Eq. 8); has the sign of alpha",
+            &PASCAL,
+            MU,
+            field!(Real, padded.material.equilibrium.mu),
+        )
+        .fitted(-1000.0, -1.0),
+        real(
+            "material.equilibrium.alpha",
+            "Ogden exponent alpha of the equilibrium response (Eq. 8)",
+            &ONE,
+            ALPHA,
+            field!(Real, padded.material.equilibrium.alpha),
+        )
+        .fitted(-30.0, -1.0),
+    ]
+}
+
+fn branch<const I: usize>() -> Vec<Variable> {
+    let number = I + 1;
+    let name = |leaf: &str| format!("material.branch[{number}].{leaf}");
+    let mut variables = vec![
+        real(
+            &name("mu"),
+            &format!("Ogden coefficient mu of viscous branch {number} (Eq. 9); 0 switches the branch off"),
+            &PASCAL,
+            MU,
+            Binding::Real(|s| s.branch::<I>().ogden.mu, |s, v| s.branch_mut::<I>().ogden.mu = v),
+        ),
+        real(
+            &name("alpha"),
+            &format!("Ogden exponent alpha of viscous branch {number} (Eq. 9)"),
+            &ONE,
+            ALPHA,
+            Binding::Real(|s| s.branch::<I>().ogden.alpha, |s, v| s.branch_mut::<I>().ogden.alpha = v),
+        ),
+        real(
+            &name("eta"),
+            &format!("Viscosity eta of viscous branch {number} (Eq. 12)"),
+            &PASCAL_SECOND,
+            ETA,
+            Binding::Real(|s| s.branch::<I>().eta, |s, v| s.branch_mut::<I>().eta = v),
+        ),
+    ];
+    // The paper identifies two branches.
+    if I < 2 {
+        let bounds = [(-1000.0, -1.0), (-30.0, -1.0), (1.0, 1e5)];
+        variables =
+            variables.into_iter().zip(bounds).map(|(v, (lower, upper))| v.fitted(lower, upper)).collect();
+    }
+    variables
+}
+
+fn geometry() -> Vec<Variable> {
+    vec![
+        real(
+            "geometry.punch_radius",
+            "Radius of the flat punch",
+            &METRE,
+            LENGTH,
+            field!(Real, padded.geometry.punch_radius),
+        ),
+        real(
+            "geometry.sample_radius",
+            "Radius of the sample",
+            &METRE,
+            LENGTH,
+            field!(Real, padded.geometry.sample_radius),
+        ),
+        real(
+            "geometry.sample_height",
+            "Height of the sample",
+            &METRE,
+            LENGTH,
+            field!(Real, padded.geometry.sample_height),
+        ),
+    ]
+}
+
+fn mesh() -> Vec<Variable> {
+    vec![
+        variable(
+            "mesh.preset",
+            "Mesh, from quick to accurate",
+            Kind::Enumeration(&MESH_PRESET),
+            choice!(
+                MeshPreset::Standard,
+                [MeshPreset::Coarse, MeshPreset::Standard, MeshPreset::Fine],
+                padded.mesh.preset
+            ),
+        ),
+        real(
+            "mesh.edge_size",
+            "Size of the element at the punch's edge; 0 takes the preset's",
+            &METRE,
+            (0.0, 1.0),
+            field!(Real, padded.mesh.edge_size),
+        ),
+        real(
+            "mesh.growth",
+            "Ratio of neighbouring element sizes; 0 takes the preset's",
+            &ONE,
+            (0.0, 10.0),
+            field!(Real, padded.mesh.growth),
+        ),
+    ]
+}
+
+fn boundary() -> Vec<Variable> {
+    vec![
+        flag(
+            "boundary.drained_bottom",
+            "Pore pressure 0 on the bottom; otherwise no flux",
+            field!(Boolean, padded.boundary.drained_bottom),
+        ),
+        flag(
+            "boundary.drained_side",
+            "Pore pressure 0 on the lateral surface; otherwise no flux",
+            field!(Boolean, padded.boundary.drained_side),
+        ),
+        flag(
+            "boundary.drained_top",
+            "Pore pressure 0 on the free part of the top; otherwise no flux",
+            field!(Boolean, padded.boundary.drained_top),
+        ),
+        flag(
+            "boundary.drained_punch",
+            "Pore pressure 0 under the punch (porous punch); otherwise no flux",
+            field!(Boolean, padded.boundary.drained_punch),
+        ),
+        flag(
+            "boundary.bonded_punch",
+            "The sample sticks to the punch; otherwise it slides without friction",
+            field!(Boolean, padded.boundary.bonded_punch),
+        ),
+        flag(
+            "boundary.bonded_bottom",
+            "The sample is glued to its support; otherwise it slides without friction",
+            field!(Boolean, padded.boundary.bonded_bottom),
+        ),
+    ]
+}
+
+fn solver() -> Vec<Variable> {
+    vec![
+        variable(
+            "solver.time_scheme",
+            "Integration scheme in time",
+            Kind::Enumeration(&TIME_SCHEME),
+            choice!(
+                TimeScheme::Sdirk2,
+                [TimeScheme::Sdirk2, TimeScheme::BackwardEuler],
+                padded.solver.time_scheme
+            ),
+        ),
+        real(
+            "solver.tolerance",
+            "Relative error allowed per step in the force",
+            &ONE,
+            (1e-9, 1.0),
+            field!(Real, padded.solver.tolerance),
+        ),
+        real(
+            "solver.initial_step",
+            "First step after a change of the punch's velocity",
+            &SECOND,
+            (1e-9, 1e3),
+            field!(Real, padded.solver.initial_step),
+        ),
+        real("solver.max_step", "Largest step", &SECOND, (1e-9, 1e6), field!(Real, padded.solver.max_step)),
+        real(
+            "solver.newton_tolerance",
+            "Newton iteration ends when the scaled residual is below this",
+            &ONE,
+            (1e-14, 1e-2),
+            field!(Real, padded.solver.newton_tolerance),
+        ),
+    ]
+}
+
+fn protocol() -> Vec<Variable> {
+    vec![
+        variable(
+            "protocol.source",
+            "Where the displacement comes from",
+            Kind::Enumeration(&PROTOCOL_SOURCE),
+            choice!(ProtocolSource::Inputs, [ProtocolSource::Inputs, ProtocolSource::Trapezoid], source),
+        ),
+        real(
+            "protocol.start_gap",
+            "Height of the punch above the surface at the start",
+            &METRE,
+            (0.0, 1.0),
+            field!(Real, trapezoid.start_gap),
+        ),
+        real(
+            "protocol.loading_rate",
+            "Velocity of loading",
+            &METRE_PER_SECOND,
+            RATE,
+            field!(Real, trapezoid.loading_rate),
+        ),
+        real("protocol.depth", "Largest indentation", &METRE, (0.0, 1.0), field!(Real, trapezoid.depth)),
+        real(
+            "protocol.hold",
+            "Hold at the largest indentation",
+            &SECOND,
+            DURATION,
+            field!(Real, trapezoid.hold),
+        ),
+        real(
+            "protocol.unloading_rate",
+            "Velocity of unloading and of the return",
+            &METRE_PER_SECOND,
+            RATE,
+            field!(Real, trapezoid.unloading_rate),
+        ),
+        real(
+            "protocol.retraction",
+            "Height above the surface after unloading",
+            &METRE,
+            (0.0, 1.0),
+            field!(Real, trapezoid.retraction),
+        ),
+        real(
+            "protocol.rest_after_retraction",
+            "Rest at the retracted height",
+            &SECOND,
+            DURATION,
+            field!(Real, trapezoid.rest_after_retraction),
+        ),
+        real(
+            "protocol.return_height",
+            "Height above the surface after the return",
+            &METRE,
+            (0.0, 1.0),
+            field!(Real, trapezoid.return_height),
+        ),
+        real(
+            "protocol.rest_after_return",
+            "Rest at the return height",
+            &SECOND,
+            DURATION,
+            field!(Real, trapezoid.rest_after_return),
+        ),
+        variable(
+            "protocol.cycles",
+            "Number of cycles; afterwards the punch rests",
+            Kind::Integer { range: Some((1, 1000)) },
+            field!(Integer, trapezoid.cycles),
+        ),
+    ]
+}

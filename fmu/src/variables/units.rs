@@ -1,0 +1,56 @@
+//! Units: SI across FMI and inside, display units for people.
+
+/// An SI unit with the unit people read: `displayed = factor * SI`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Symbol of the SI unit.
+    pub symbol: &'static str,
+    /// Exponents of kg, m and s.
+    pub exponents: (i8, i8, i8),
+    /// Symbol of the display unit; may equal `symbol`.
+    pub display: &'static str,
+    /// Value in display units of 1 SI unit.
+    pub factor: f64,
+}
+
+const fn unit(symbol: &'static str, exponents: (i8, i8, i8), display: &'static str, factor: f64) -> Unit {
+    Unit { symbol, exponents, display, factor }
+}
+
+/// A pure number.
+pub const ONE: Unit = unit("1", (0, 0, 0), "1", 1.0);
+/// Length.
+pub const METRE: Unit = unit("m", (0, 1, 0), "mm", 1e3);
+/// Velocity.
+pub const METRE_PER_SECOND: Unit = unit("m/s", (0, 1, -1), "mm/s", 1e3);
+/// Permeability.
+pub const SQUARE_METRE: Unit = unit("m^2", (0, 2, 0), "mm^2", 1e6);
+/// Volume.
+pub const CUBIC_METRE: Unit = unit("m^3", (0, 3, 0), "mm^3", 1e9);
+/// Time.
+pub const SECOND: Unit = unit("s", (0, 0, 1), "s", 1.0);
+/// Force.
+pub const NEWTON: Unit = unit("N", (1, 1, -2), "mN", 1e3);
+/// Stress and modulus.
+pub const PASCAL: Unit = unit("Pa", (1, -1, -2), "Pa", 1.0);
+/// Viscosity.
+pub const PASCAL_SECOND: Unit = unit("Pa s", (1, -1, -1), "Pa s", 1.0);
+/// Power.
+pub const WATT: Unit = unit("W", (1, 2, -3), "uW", 1e6);
+/// Energy.
+pub const JOULE: Unit = unit("J", (1, 2, -2), "uJ", 1e6);
+
+/// Every unit that the variable table may use.
+pub const ALL: [&Unit; 11] = [
+    &ONE,
+    &METRE,
+    &METRE_PER_SECOND,
+    &SQUARE_METRE,
+    &CUBIC_METRE,
+    &SECOND,
+    &NEWTON,
+    &PASCAL,
+    &PASCAL_SECOND,
+    &WATT,
+    &JOULE,
+];
