@@ -17,6 +17,12 @@ pub enum ParameterError {
         /// Largest admissible value.
         max: f64,
     },
+    /// The mesh does not fit into memory.
+    #[error("the mesh is too large for this machine's memory: enlarge mesh.edge_size or mesh.growth")]
+    TooLarge,
+    /// A snapshot of another model.
+    #[error("the saved state belongs to another mesh or another number of viscous branches")]
+    ForeignSnapshot,
     /// An Ogden pair without a positive shear modulus.
     #[error(
         "{name}: mu = {mu} Pa and alpha = {alpha} must have the same sign (shear modulus mu alpha / 2 > 0)"
@@ -40,6 +46,9 @@ pub enum StepError {
     /// The displacement is not a number.
     #[error("displacement {0} m is not a finite number")]
     BadDisplacement(f64),
+    /// The punch starts inside the sample.
+    #[error("the punch starts {0} m inside the sample: start at or above the surface (displacement <= 0)")]
+    StartsInside(f64),
     /// The punch would reach or pierce the bottom of the sample.
     #[error("indentation {displacement} m reaches the sample's height {sample_height} m")]
     TooDeep {

@@ -1,13 +1,20 @@
 //! The native API: `Model -> Instance`, set displacement, advance, outputs, save and restore.
 
+use crate::indentation::motion::Path;
+use crate::indentation::sample::Sample;
+use crate::indentation::step::Stepper;
 use crate::{Outputs, ParameterError, Parameters, Statistics, StepError};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+
+/// A pull beyond this fraction of the force scale counts as tension.
+const TENSION: f64 = 1e-6;
 
 /// A validated parameter set with its mesh and matrix structure; cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Model {
     parameters: Arc<Parameters>,
+    sample: Arc<Sample>,
 }
 
 impl Model {
@@ -17,12 +24,24 @@ impl Model {
     /// When a parameter is not admissible.
     pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
         parameters.validate()?;
-        Ok(Self { parameters: Arc::new(parameters) })
+        let sample =
+            Sample::shared(&parameters.geometry, &parameters.mesh).map_err(|_| ParameterError::TooLarge)?;
+        Ok(Self { parameters: Arc::new(parameters), sample })
     }
 
     /// The parameters it was built from.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.sample.mesh.unknowns()
+    }
+
+    /// Number of elements.
+    pub fn elements(&self) -> usize {
+        self.sample.mesh.elements.len()
     }
 }
 
@@ -30,16 +49,24 @@ impl Model {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     time: f64,
+    target: f64,
     outputs: Outputs,
     statistics: Statistics,
-    target: f64,
+    /// The integrated path since first touch.
+    path: Option<Path>,
 }
 
 /// One running experiment. Send, not Sync: one instance, one thread.
-#[derive(Debug, Clone)]
 pub struct Instance {
     model: Model,
+    stepper: Stepper,
     state: Snapshot,
+}
+
+impl std::fmt::Debug for Instance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Instance").field("time", &self.state.time).finish_non_exhaustive()
+    }
 }
 
 impl Instance {
@@ -48,9 +75,22 @@ impl Instance {
     /// # Errors
     /// When the punch would start inside the sample (`displacement > 0`) or is not a number.
     pub fn new(model: &Model, displacement: f64) -> Result<Self, StepError> {
+        if !displacement.is_finite() {
+            return Err(StepError::BadDisplacement(displacement));
+        }
+        if displacement > 0.0 {
+            return Err(StepError::StartsInside(displacement));
+        }
         let outputs = Outputs { displacement, ..Outputs::default() };
-        let state = Snapshot { time: 0.0, outputs, statistics: Statistics::default(), target: displacement };
-        Ok(Self { model: model.clone(), state })
+        let state = Snapshot {
+            time: 0.0,
+            target: displacement,
+            outputs,
+            statistics: Statistics::default(),
+            path: None,
+        };
+        let stepper = Stepper::new(&model.parameters, model.sample.clone());
+        Ok(Self { model: model.clone(), stepper, state })
     }
 
     /// Model time since the start [s].
@@ -68,15 +108,51 @@ impl Instance {
     /// # Errors
     /// When the step cannot be made; the state is then unchanged.
     pub fn advance(&mut self, duration: f64) -> Result<(), StepError> {
-        // SCAFFOLD: elastic punch on a half-space, to be replaced by the finite-element model.
-        let p = self.model.parameters();
-        let o = &mut self.state.outputs;
-        o.displacement = self.state.target;
-        o.force =
-            8.0 * p.material.equilibrium.shear_modulus() * p.geometry.punch_radius * o.displacement.max(0.0);
-        o.force_fluid = 0.4 * o.force;
-        o.force_solid = o.force - o.force_fluid;
-        self.state.time += duration;
+        let target = self.state.target;
+        if !(duration > 0.0 && duration.is_finite()) {
+            return Err(StepError::BadDuration(duration));
+        }
+        if !target.is_finite() {
+            return Err(StepError::BadDisplacement(target));
+        }
+        let sample_height = self.model.parameters.geometry.sample_height;
+        if target >= sample_height {
+            return Err(StepError::TooDeep { displacement: target, sample_height });
+        }
+        let mut next = self.state.clone();
+        self.advance_state(&mut next, duration)?;
+        self.state = next;
+        Ok(())
+    }
+
+    fn advance_state(&mut self, state: &mut Snapshot, duration: f64) -> Result<(), StepError> {
+        let (mut now, mut from) = (state.time, state.outputs.displacement);
+        let (end, to) = (state.time + duration, state.target);
+        state.time = end;
+        if state.path.is_none() {
+            if to <= 0.0 {
+                state.outputs.displacement = to;
+                return Ok(());
+            }
+            now += duration * (-from / (to - from));
+            from = 0.0;
+            state.path = Some(Path::touch(&self.stepper, now));
+        }
+        let Some(path) = &mut state.path else { return Ok(()) };
+        let retraction = StepError::Retraction { time: end, displacement: to };
+        if to < 0.0 {
+            return Err(retraction);
+        }
+        if end > now {
+            let Parameters { solver, geometry, .. } = self.model.parameters();
+            let radius = geometry.punch_radius;
+            let statistics = &mut state.statistics;
+            state.outputs =
+                path.advance(&mut self.stepper, solver, radius, (now, from), (end, to), statistics)?;
+        }
+        if state.outputs.force < -TENSION * self.stepper.force_scale() {
+            return Err(retraction);
+        }
         Ok(())
     }
 
@@ -100,6 +176,9 @@ impl Instance {
     /// # Errors
     /// When the snapshot belongs to another mesh or number of branches.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), ParameterError> {
+        if snapshot.path.as_ref().is_some_and(|p| !p.fits(&self.stepper)) {
+            return Err(ParameterError::ForeignSnapshot);
+        }
         self.state = snapshot.clone();
         Ok(())
     }

@@ -10,13 +10,18 @@
 //! ```
 
 pub mod cosimulation;
+pub mod element;
 pub mod error;
 mod hash;
+pub mod indentation;
 pub mod instance;
+pub mod material;
+pub mod mesh;
 pub mod model_description;
 pub mod outputs;
 pub mod parameters;
 pub mod protocol;
+pub mod solver;
 pub mod variables;
 
 pub use error::{ParameterError, StepError};

@@ -43,3 +43,25 @@ pub struct Statistics {
     /// Steps cut after a failure or an excessive error.
     pub cuts: u64,
 }
+
+impl Outputs {
+    /// Weighted sum of results at other times; the parts of the force add up exactly.
+    pub(crate) fn combine(terms: &[(f64, &Outputs)]) -> Self {
+        let sum = |of: fn(&Outputs) -> f64| terms.iter().map(|(w, o)| w * of(o)).sum::<f64>();
+        let (force, force_fluid) = (sum(|o| o.force), sum(|o| o.force_fluid));
+        Self {
+            displacement: sum(|o| o.displacement),
+            force,
+            force_solid: force - force_fluid,
+            force_fluid,
+            force_traction: sum(|o| o.force_traction),
+            viscous_dissipation_rate: sum(|o| o.viscous_dissipation_rate),
+            viscous_dissipation: sum(|o| o.viscous_dissipation),
+            porous_dissipation_rate: sum(|o| o.porous_dissipation_rate),
+            porous_dissipation: sum(|o| o.porous_dissipation),
+            stored_energy: sum(|o| o.stored_energy),
+            external_work: sum(|o| o.external_work),
+            fluid_expelled: sum(|o| o.fluid_expelled),
+        }
+    }
+}

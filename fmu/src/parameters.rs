@@ -168,8 +168,8 @@ pub struct SolverParameters {
     pub time_scheme: TimeScheme,
     /// Relative error allowed per step in the force [-].
     pub tolerance: f64,
-    /// First step after a change of the punch's velocity [s].
-    pub initial_step: f64,
+    /// Travel of the punch within the first step after a change of its velocity [m].
+    pub initial_increment: f64,
     /// Largest step [s].
     pub max_step: f64,
     /// Newton iteration ends when the scaled residual is below this [-].
@@ -181,7 +181,7 @@ impl Default for SolverParameters {
         Self {
             time_scheme: TimeScheme::Sdirk2,
             tolerance: 1e-3,
-            initial_step: 1e-3,
+            initial_increment: 2e-6,
             max_step: 30.0,
             newton_tolerance: 1e-9,
         }
@@ -217,8 +217,8 @@ impl Parameters {
         }
         let s = &self.solver;
         within("solver.tolerance", s.tolerance, 1e-9, 1.0)?;
-        positive("solver.initial_step", s.initial_step)?;
-        within("solver.max_step", s.max_step, s.initial_step, f64::MAX)?;
+        positive("solver.initial_increment", s.initial_increment)?;
+        positive("solver.max_step", s.max_step)?;
         within("solver.newton_tolerance", s.newton_tolerance, 1e-14, 1e-2)
     }
 }

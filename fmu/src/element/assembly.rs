@@ -1,0 +1,116 @@
+//! From elements to the global sparse system.
+
+use super::kernel::{self, ElementSystem, PointState};
+use super::shape::POINTS;
+use crate::material::{IDENTITY, PointMaterial, Voigt};
+use crate::mesh::{Mesh, UNKNOWNS};
+use crate::solver::linear::CscPattern;
+use serde::{Deserialize, Serialize};
+
+/// History of all integration points at one time.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct History {
+    /// J, element by element and point by point.
+    pub jacobian: Vec<f64>,
+    /// `Cv^-1`, branch by branch at every point.
+    pub cv_inverse: Vec<Voigt>,
+}
+
+impl History {
+    /// The undeformed state.
+    pub fn undeformed(elements: usize, branches: usize) -> Self {
+        Self {
+            jacobian: vec![1.0; elements * POINTS],
+            cv_inverse: vec![IDENTITY; elements * POINTS * branches],
+        }
+    }
+
+    /// History of one element.
+    #[inline]
+    pub fn element(&self, element: usize, branches: usize) -> PointState<'_> {
+        let first = element * POINTS;
+        PointState {
+            jacobian: &self.jacobian[first..first + POINTS],
+            cv_inverse: &self.cv_inverse[first * branches..(first + POINTS) * branches],
+        }
+    }
+}
+
+/// Where every entry of every element goes, computed once per mesh.
+#[derive(Debug, Clone)]
+pub struct AssemblyMap {
+    /// Unknowns of every element.
+    pub unknowns: Vec<[u32; UNKNOWNS]>,
+    /// Positions in the CSC values, row-major per element.
+    positions: Vec<u32>,
+    /// Pattern of the matrix, structurally symmetric.
+    pub pattern: CscPattern,
+}
+
+impl AssemblyMap {
+    /// Builds pattern and positions.
+    pub fn new(mesh: &Mesh) -> Self {
+        let unknowns: Vec<_> = mesh.elements.iter().map(|e| mesh.element_unknowns(e)).collect();
+        let pattern = CscPattern::from_elements(mesh.unknowns(), &unknowns);
+        let mut positions = Vec::with_capacity(unknowns.len() * UNKNOWNS * UNKNOWNS);
+        for element in &unknowns {
+            for &row in element {
+                positions.extend(element.iter().map(|&column| pattern.position(row, column)));
+            }
+        }
+        Self { unknowns, positions, pattern }
+    }
+
+    /// Unknowns `x` of one element.
+    #[inline]
+    pub fn gather(&self, element: usize, x: &[f64]) -> [f64; UNKNOWNS] {
+        self.unknowns[element].map(|u| x[u as usize])
+    }
+
+    fn scatter(&self, element: usize, system: &ElementSystem, residual: &mut [f64], values: &mut [f64]) {
+        for (i, &u) in self.unknowns[element].iter().enumerate() {
+            residual[u as usize] += system.residual[i];
+        }
+        let first = element * UNKNOWNS * UNKNOWNS;
+        let positions = &self.positions[first..first + UNKNOWNS * UNKNOWNS];
+        for (row, targets) in system.tangent.iter().zip(positions.chunks_exact(UNKNOWNS)) {
+            for (&value, &target) in row.iter().zip(targets) {
+                values[target as usize] += value;
+            }
+        }
+    }
+}
+
+/// The element where an evaluation failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Inadmissible {
+    /// Element index.
+    pub element: usize,
+}
+
+/// Residual and tangent of the whole mesh at `x`, in SI units and without boundary conditions.
+///
+/// # Errors
+/// The first element that is turned inside out, compacted or too strained.
+#[allow(clippy::too_many_arguments)]
+pub fn assemble(
+    mesh: &Mesh,
+    map: &AssemblyMap,
+    material: &PointMaterial,
+    x: &[f64],
+    old: &History,
+    dt: f64,
+    residual: &mut [f64],
+    values: &mut [f64],
+) -> Result<(), Inadmissible> {
+    residual.fill(0.0);
+    values.fill(0.0);
+    let mut system = ElementSystem::default();
+    for (index, element) in mesh.elements.iter().enumerate() {
+        let x_e = map.gather(index, x);
+        kernel::evaluate(element, material, &x_e, old.element(index, material.branches()), dt, &mut system)
+            .ok_or(Inadmissible { element: index })?;
+        map.scatter(index, &system, residual, values);
+    }
+    Ok(())
+}

@@ -1,0 +1,111 @@
+//! Integrals and history over a converged solution.
+
+use super::assembly::{AssemblyMap, History, Inadmissible};
+use super::kernel::Point;
+use super::shape::{GAUSS_POINTS, POINTS, RULE, Shape, gauss_lagrange};
+use crate::material::PointMaterial;
+use crate::mesh::Mesh;
+use std::f64::consts::TAU;
+
+/// Volume integrals at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Integrals {
+    /// Stored energy [J].
+    pub stored_energy: f64,
+    /// Viscous dissipation rate [W] (Eq. 13).
+    pub viscous_dissipation_rate: f64,
+    /// Porous dissipation rate [W] (Eq. 14).
+    pub porous_dissipation_rate: f64,
+    /// Change of the sample's volume [m^3].
+    pub volume_change: f64,
+}
+
+/// Advances the history over a converged step from `old` into `new` and integrates.
+///
+/// `reach` as in [`PointMaterial::update`]; J is continued in the same way.
+///
+/// # Errors
+/// The first element that cannot be evaluated.
+#[allow(clippy::too_many_arguments)]
+pub fn update(
+    mesh: &Mesh,
+    map: &AssemblyMap,
+    material: &PointMaterial,
+    x: &[f64],
+    old: &History,
+    dt: f64,
+    reach: f64,
+    new: &mut History,
+) -> Result<Integrals, Inadmissible> {
+    let branches = material.branches();
+    let mut integrals = Integrals::default();
+    for (index, element) in mesh.elements.iter().enumerate() {
+        let x_e = map.gather(index, x);
+        for (k, shape) in GAUSS_POINTS.iter().enumerate() {
+            let point = Point::at(element, shape, &x_e).ok_or(Inadmissible { element: index })?;
+            let at = index * POINTS + k;
+            let range = at * branches..(at + 1) * branches;
+            let energetics = material
+                .update(&point.f, &old.cv_inverse[range.clone()], dt, reach, &mut new.cv_inverse[range])
+                .ok_or(Inadmissible { element: index })?;
+            let j = point.jacobian;
+            new.jacobian[at] = old.jacobian[at] + reach * (j - old.jacobian[at]);
+            let (mobility, _) = material.darcy.referential_mobility(j);
+            let g = point.grad_p;
+            integrals.stored_energy += point.volume * energetics.stored_energy;
+            integrals.viscous_dissipation_rate += point.volume * energetics.viscous_dissipation_rate;
+            integrals.porous_dissipation_rate += point.volume * mobility * (g[0] * g[0] + g[1] * g[1]);
+            integrals.volume_change += point.volume * (j - 1.0);
+        }
+    }
+    Ok(integrals)
+}
+
+/// Fluid force and traction integral over the punch's face [N], positive into the sample.
+///
+/// The traction is taken from the total Cauchy stress, extrapolated from the Gauss points to the face.
+///
+/// # Errors
+/// The first element that cannot be evaluated.
+pub fn face_forces(
+    mesh: &Mesh,
+    map: &AssemblyMap,
+    material: &PointMaterial,
+    x: &[f64],
+    old: &History,
+    dt: f64,
+) -> Result<(f64, f64), Inadmissible> {
+    let (mut fluid, mut traction) = (0.0, 0.0);
+    let branches = material.branches();
+    for index in mesh.punch_elements() {
+        let failed = Inadmissible { element: index };
+        let element = &mesh.elements[index];
+        let x_e = map.gather(index, x);
+        let history = old.element(index, branches);
+        // Cauchy stress (zz, rz) of the skeleton at the Gauss points.
+        let mut stress = [[0.0; 2]; POINTS];
+        for (k, shape) in GAUSS_POINTS.iter().enumerate() {
+            let point = Point::at(element, shape, &x_e).ok_or(failed)?;
+            let cv = &history.cv_inverse[k * branches..(k + 1) * branches];
+            let tau = material.elasticity(&point.f, cv, dt).ok_or(failed)?.kirchhoff_stress;
+            stress[k] = [tau[1] / point.jacobian, tau[3] / point.jacobian];
+        }
+        for (xi, weight) in RULE {
+            let shape = Shape::at([xi, 1.0], weight);
+            let point = Point::at(element, &shape, &x_e).ok_or(failed)?;
+            let radius = element.origin[0] + 0.5 * (1.0 + xi) * element.size[0];
+            let area = TAU * radius * weight * 0.5 * element.size[0];
+            // Nanson: n da = J F^-T N dA, N = e_z.
+            let inverse = point.f.inverse();
+            let normal = [point.jacobian * inverse.plane[1][0], point.jacobian * inverse.plane[1][1]];
+            let mut sigma = [0.0; 2];
+            for (l, s) in gauss_lagrange([xi, 1.0]).iter().zip(&stress) {
+                sigma[0] += l * s[0];
+                sigma[1] += l * s[1];
+            }
+            fluid += area * point.pressure * normal[1];
+            traction -= area * ((sigma[0] - point.pressure) * normal[1] + sigma[1] * normal[0]);
+        }
+    }
+    Ok((fluid, traction))
+}

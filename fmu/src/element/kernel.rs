@@ -1,0 +1,274 @@
+//! Residual and tangent of one element (Eqs. 4, 5 in the reference configuration).
+//!
+//! Momentum: `int tau : grad v dV0 = external`. Mass over a step of `dt`:
+//! `int q (J - J_old) dV0 + dt int J k grad q . grad p dV0 = 0`, `k` the current mobility.
+
+use super::shape::{GAUSS_POINTS, POINTS, Shape};
+use crate::material::PointMaterial;
+use crate::material::Voigt;
+use crate::material::point::DeformationGradient;
+use crate::mesh::{CORNERS, Element, NODES, UNKNOWNS};
+use std::f64::consts::TAU;
+
+/// Element residual and tangent; unknowns as in [`crate::mesh::Mesh::element_unknowns`].
+#[derive(Debug, Clone)]
+pub struct ElementSystem {
+    /// Internal nodal forces [N], then fluid volumes of the step [m^3].
+    pub residual: [f64; UNKNOWNS],
+    /// Derivative of the residual.
+    pub tangent: [[f64; UNKNOWNS]; UNKNOWNS],
+}
+
+impl Default for ElementSystem {
+    fn default() -> Self {
+        Self { residual: [0.0; UNKNOWNS], tangent: [[0.0; UNKNOWNS]; UNKNOWNS] }
+    }
+}
+
+/// Kinematics at one point of an element.
+#[derive(Debug, Clone, Copy)]
+pub struct Point {
+    /// Deformation gradient.
+    pub f: DeformationGradient,
+    /// J.
+    pub jacobian: f64,
+    /// Spatial gradients of the displacement functions [1/m].
+    pub gradient: [[f64; 2]; NODES],
+    /// `N_a / r`, the hoop strain of a unit radial displacement [1/m].
+    pub hoop: [f64; NODES],
+    /// Spatial gradients of the pressure functions [1/m].
+    pub pressure_gradient: [[f64; 2]; CORNERS],
+    /// Pore pressure [Pa].
+    pub pressure: f64,
+    /// Spatial pressure gradient [Pa/m].
+    pub grad_p: [f64; 2],
+    /// `2 pi R dA` [m^3] for the Gauss points.
+    pub volume: f64,
+}
+
+impl Point {
+    /// Evaluates the kinematics; `x` are the element's unknowns. `None` when turned inside out.
+    #[inline]
+    pub fn at(element: &Element, shape: &Shape, x: &[f64; UNKNOWNS]) -> Option<Self> {
+        let scale = [2.0 / element.size[0], 2.0 / element.size[1]];
+        let radius = element.origin[0] + 0.5 * (1.0 + shape.xi[0]) * element.size[0];
+        let material: [[f64; 2]; NODES] =
+            std::array::from_fn(|a| [shape.dn[a][0] * scale[0], shape.dn[a][1] * scale[1]]);
+        let (mut plane, mut u_r) = ([[1.0, 0.0], [0.0, 1.0]], 0.0);
+        for a in 0..NODES {
+            for d in 0..2 {
+                plane[0][d] += x[2 * a] * material[a][d];
+                plane[1][d] += x[2 * a + 1] * material[a][d];
+            }
+            u_r += x[2 * a] * shape.n[a];
+        }
+        let f = DeformationGradient { plane, hoop: 1.0 + u_r / radius };
+        let jacobian = f.determinant();
+        if !(jacobian > 0.0 && f.hoop > 0.0) {
+            return None;
+        }
+        let inverse = f.inverse().plane;
+        let push = |g: [f64; 2]| {
+            [g[0] * inverse[0][0] + g[1] * inverse[1][0], g[0] * inverse[0][1] + g[1] * inverse[1][1]]
+        };
+        let gradient = std::array::from_fn(|a| push(material[a]));
+        let current_radius = radius + u_r;
+        let hoop = std::array::from_fn(|a| shape.n[a] / current_radius);
+        let pressure_gradient: [[f64; 2]; CORNERS] =
+            std::array::from_fn(|m| push([shape.dp[m][0] * scale[0], shape.dp[m][1] * scale[1]]));
+        let (mut pressure, mut grad_p) = (0.0, [0.0; 2]);
+        for m in 0..CORNERS {
+            let p = x[2 * NODES + m];
+            pressure += shape.p[m] * p;
+            grad_p[0] += pressure_gradient[m][0] * p;
+            grad_p[1] += pressure_gradient[m][1] * p;
+        }
+        let volume = TAU * radius * shape.weight * 0.25 * element.size[0] * element.size[1];
+        Some(Self { f, jacobian, gradient, hoop, pressure_gradient, pressure, grad_p, volume })
+    }
+}
+
+/// History at the start of a step, at the Gauss points of one element.
+#[derive(Debug, Clone, Copy)]
+pub struct PointState<'a> {
+    /// J of every point.
+    pub jacobian: &'a [f64],
+    /// `Cv^-1` of every branch, point by point.
+    pub cv_inverse: &'a [Voigt],
+}
+
+/// Fills `system` for the unknowns `x` at the end of a step of `dt` [s]; `None` when inadmissible.
+pub fn evaluate(
+    element: &Element,
+    material: &PointMaterial,
+    x: &[f64; UNKNOWNS],
+    old: PointState<'_>,
+    dt: f64,
+    system: &mut ElementSystem,
+) -> Option<()> {
+    *system = ElementSystem::default();
+    let branches = material.branches();
+    for (k, shape) in GAUSS_POINTS.iter().enumerate().take(POINTS) {
+        let point = Point::at(element, shape, x)?;
+        let history = &old.cv_inverse[k * branches..(k + 1) * branches];
+        let elasticity = material.elasticity(&point.f, history, dt)?;
+        let (w, j, p) = (point.volume, point.jacobian, point.pressure);
+
+        // Total Kirchhoff stress and tangent: tau - p J 1.
+        let mut tau = elasticity.kirchhoff_stress;
+        let mut c = elasticity.tangent;
+        let pore = p * j;
+        for i in 0..3 {
+            tau[i] -= pore;
+            for column in c[i].iter_mut().take(3) {
+                *column -= pore;
+            }
+            c[i][i] += 2.0 * pore;
+        }
+        c[3][3] += pore;
+
+        momentum(&point, &tau, &c, w, system);
+        coupling(&point, shape, w * j, system);
+        mass(&point, shape, material, j - old.jacobian[k], dt, system);
+    }
+    // K_uu is symmetric: the kernel fills its upper half.
+    for a in 0..2 * NODES {
+        for b in 0..a {
+            system.tangent[a][b] = system.tangent[b][a];
+        }
+    }
+    Some(())
+}
+
+#[inline]
+fn momentum(point: &Point, tau: &Voigt, c: &[[f64; 4]; 4], w: f64, system: &mut ElementSystem) {
+    // Columns C B_b for radial and axial displacement of every node.
+    let mut cb = [[[0.0; 4]; 2]; NODES];
+    for b in 0..NODES {
+        let ([gr, gz], h) = (point.gradient[b], point.hoop[b]);
+        for i in 0..4 {
+            cb[b][0][i] = w * (c[i][0] * gr + c[i][2] * h + c[i][3] * gz);
+            cb[b][1][i] = w * (c[i][1] * gz + c[i][3] * gr);
+        }
+    }
+    for a in 0..NODES {
+        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+        let traction = [w * (gr * tau[0] + gz * tau[3]), w * (gr * tau[3] + gz * tau[1])];
+        let hoop_stress = w * h * tau[2];
+        system.residual[2 * a] += traction[0] + hoop_stress;
+        system.residual[2 * a + 1] += traction[1];
+        for b in a..NODES {
+            let geometric = traction[0] * point.gradient[b][0] + traction[1] * point.gradient[b][1];
+            let [r, z] = &cb[b];
+            system.tangent[2 * a][2 * b] +=
+                gr * r[0] + h * r[2] + gz * r[3] + geometric + hoop_stress * point.hoop[b];
+            system.tangent[2 * a][2 * b + 1] += gr * z[0] + h * z[2] + gz * z[3];
+            system.tangent[2 * a + 1][2 * b] += gz * r[1] + gr * r[3];
+            system.tangent[2 * a + 1][2 * b + 1] += gz * z[1] + gr * z[3] + geometric;
+        }
+    }
+}
+
+/// Divergence of a unit displacement, component `i` of node `a`.
+#[inline]
+fn divergence(point: &Point, a: usize) -> [f64; 2] {
+    [point.gradient[a][0] + point.hoop[a], point.gradient[a][1]]
+}
+
+#[inline]
+fn coupling(point: &Point, shape: &Shape, wj: f64, system: &mut ElementSystem) {
+    for a in 0..NODES {
+        let div = divergence(point, a);
+        for m in 0..CORNERS {
+            for i in 0..2 {
+                let entry = wj * div[i] * shape.p[m];
+                system.tangent[2 * a + i][2 * NODES + m] -= entry;
+                system.tangent[2 * NODES + m][2 * a + i] += entry;
+            }
+        }
+    }
+}
+
+#[inline]
+fn mass(
+    point: &Point,
+    shape: &Shape,
+    material: &PointMaterial,
+    growth: f64,
+    dt: f64,
+    system: &mut ElementSystem,
+) {
+    let (mobility, slope) = material.darcy.referential_mobility(point.jacobian);
+    let (w, wk) = (point.volume, point.volume * dt * mobility);
+    let w_slope = point.volume * dt * slope * point.jacobian;
+    let g = point.grad_p;
+    for m in 0..CORNERS {
+        let gm = point.pressure_gradient[m];
+        let along = gm[0] * g[0] + gm[1] * g[1];
+        let row = 2 * NODES + m;
+        system.residual[row] += w * shape.p[m] * growth + wk * along;
+        for a in 0..NODES {
+            let (ga, div) = (point.gradient[a], divergence(point, a));
+            let (a_p, a_m) = (ga[0] * g[0] + ga[1] * g[1], ga[0] * gm[0] + ga[1] * gm[1]);
+            for i in 0..2 {
+                system.tangent[row][2 * a + i] += w_slope * along * div[i] - wk * (a_m * g[i] + gm[i] * a_p);
+            }
+        }
+        for n in 0..CORNERS {
+            let gn = point.pressure_gradient[n];
+            system.tangent[row][2 * NODES + n] += wk * (gm[0] * gn[0] + gm[1] * gn[1]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::IDENTITY;
+    use crate::parameters::MaterialParameters;
+
+    /// The consistent tangent against central differences of the residual, 1e-6 of the largest entry
+    /// of each block.
+    #[test]
+    fn tangent_matches_finite_differences() {
+        let material = PointMaterial::new(&MaterialParameters { n0s: 0.2, ..Default::default() });
+        let nodes = std::array::from_fn(|k| k as u32);
+        let element = Element { nodes, origin: [0.3e-3, 0.0], size: [0.4e-3, 0.25e-3] };
+        let mut x = [0.0; UNKNOWNS];
+        for (k, v) in x.iter_mut().enumerate() {
+            let noise = ((k * 7919 + 13) % 101) as f64 / 101.0 - 0.5;
+            *v = if k < 2 * NODES { 4e-5 * noise } else { 3e3 * noise };
+        }
+        let jacobian = [1.01; POINTS];
+        let mut cv_inverse = vec![IDENTITY; 2 * POINTS];
+        cv_inverse[3] = [1.1, 0.95, 1.0 / (1.1 * 0.95 - 0.0004), 0.02];
+        let old = PointState { jacobian: &jacobian, cv_inverse: &cv_inverse };
+        let dt = 0.02;
+        let mut exact = ElementSystem::default();
+        evaluate(&element, &material, &x, old, dt, &mut exact).unwrap();
+        let block = |k: usize| usize::from(k >= 2 * NODES);
+        let mut largest = [[0.0_f64; 2]; 2];
+        for i in 0..UNKNOWNS {
+            for j in 0..UNKNOWNS {
+                let l = &mut largest[block(i)][block(j)];
+                *l = l.max(exact.tangent[i][j].abs());
+            }
+        }
+        for j in 0..UNKNOWNS {
+            let h = if j < 2 * NODES { 1e-10 } else { 1e-1 };
+            let shifted = |s: f64| {
+                let mut y = x;
+                y[j] += s;
+                let mut system = ElementSystem::default();
+                evaluate(&element, &material, &y, old, dt, &mut system).unwrap();
+                system.residual
+            };
+            let (up, down) = (shifted(h), shifted(-h));
+            for i in 0..UNKNOWNS {
+                let slope = (up[i] - down[i]) / (2.0 * h);
+                let error = (slope - exact.tangent[i][j]).abs();
+                assert!(error < 1e-6 * largest[block(i)][block(j)], "({i}, {j}): {error}");
+            }
+        }
+    }
+}

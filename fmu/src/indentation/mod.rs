@@ -1,0 +1,6 @@
+//! The indentation test: sample, boundary conditions, one time step, the punch's motion.
+
+pub mod boundary;
+pub mod motion;
+pub mod sample;
+pub mod step;

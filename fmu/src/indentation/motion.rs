@@ -1,0 +1,229 @@
+//! The punch's motion: pieces of constant velocity, integrated ahead of the communication points.
+//!
+//! Between two changes of its velocity the punch's path is known, so the steps need not end where a
+//! master communicates: an instance integrates ahead with its own step sizes and interpolates. Only
+//! when the velocity changes is the state computed at that very time. The force therefore does not
+//! depend on how a master slices time.
+
+use super::step::{State, Stepper};
+use crate::error::StepError;
+use crate::outputs::{Outputs, Statistics};
+use crate::parameters::SolverParameters;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A step grows by at most this factor.
+const MAX_GROWTH: f64 = 2.0;
+/// A step shrinks, after an excessive error, by at most this factor.
+const MAX_SHRINK: f64 = 0.25;
+/// Ratio of a step's error to the misfit of the extrapolation: the SDIRK2 error constant.
+const ERROR_CONSTANT: f64 = 0.04;
+/// A step is repeated when its estimated error exceeds the tolerance by this factor.
+const REJECT: f64 = 8.0;
+/// No step moves the punch by more than this fraction of its radius.
+const MAX_TRAVEL: f64 = 0.1;
+/// Steps below this fraction of the first one are hopeless.
+const MIN_FRACTION: f64 = 1e-6;
+/// Nodes kept for interpolation.
+const NODES: usize = 4;
+
+/// A piece of the path with constant velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Piece {
+    start_time: f64,
+    start: f64,
+    velocity: f64,
+}
+
+impl Piece {
+    /// Punch displacement at `time` [m].
+    fn position(&self, time: f64) -> f64 {
+        self.start + self.velocity * (time - self.start_time)
+    }
+}
+
+/// The integrated path: the last two states and the nodes to interpolate between.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Path {
+    piece: Piece,
+    /// Start of the step that covers the present time.
+    base: Arc<State>,
+    /// Its end, when the present lies inside it.
+    ahead: Option<Arc<State>>,
+    /// Results at the last few step ends of this piece, oldest first.
+    nodes: Vec<(f64, Outputs)>,
+    next_step: f64,
+    first_step: f64,
+    largest_force: f64,
+}
+
+impl Path {
+    /// Contact begins at `time` [s] with displacement zero.
+    pub fn touch(stepper: &Stepper, time: f64) -> Self {
+        let base = Arc::new(stepper.undeformed(time));
+        Self {
+            piece: Piece { start_time: time, start: 0.0, velocity: 0.0 },
+            nodes: vec![(time, base.outputs)],
+            base,
+            ahead: None,
+            next_step: f64::INFINITY,
+            first_step: f64::INFINITY,
+            largest_force: 0.0,
+        }
+    }
+
+    /// Whether the state belongs to the stepper's mesh and material.
+    pub fn fits(&self, stepper: &Stepper) -> bool {
+        stepper.fits(&self.base) && self.ahead.as_ref().is_none_or(|a| stepper.fits(a))
+    }
+
+    /// Moves the punch from `from` at `now` to `to` at `end`; returns the results at `end`.
+    ///
+    /// # Errors
+    /// [`StepError::NoConvergence`]; the path is then to be discarded.
+    #[allow(clippy::too_many_arguments)]
+    pub fn advance(
+        &mut self,
+        stepper: &mut Stepper,
+        solver: &SolverParameters,
+        punch_radius: f64,
+        (now, from): (f64, f64),
+        (end, to): (f64, f64),
+        statistics: &mut Statistics,
+    ) -> Result<Outputs, StepError> {
+        let velocity = (to - from) / (end - now);
+        if (self.piece.position(end) - to).abs() > 1e-9 * punch_radius {
+            self.settle(stepper, now, statistics)?;
+            let change = (velocity - self.piece.velocity).abs();
+            self.piece = Piece { start_time: now, start: from, velocity };
+            self.first_step = solver.initial_increment / change;
+            self.next_step = self.next_step.min(self.first_step);
+            self.nodes = vec![(now, self.base.outputs)];
+        }
+        let longest = (MAX_TRAVEL * punch_radius / velocity.abs()).min(solver.max_step);
+        while self.ahead.as_ref().unwrap_or(&self.base).time < end * (1.0 - 1e-14) {
+            if let Some(ahead) = self.ahead.take() {
+                self.base = ahead;
+            }
+            self.next_step = self.next_step.min(longest);
+            self.step_ahead(stepper, solver, statistics)?;
+        }
+        let mut outputs = self.interpolate(end);
+        outputs.displacement = to;
+        Ok(outputs)
+    }
+
+    /// Makes `base` the state at `now`.
+    fn settle(
+        &mut self,
+        stepper: &mut Stepper,
+        now: f64,
+        statistics: &mut Statistics,
+    ) -> Result<(), StepError> {
+        if let Some(ahead) = self.ahead.take() {
+            if (ahead.time - now).abs() <= 1e-12 * now.abs() {
+                self.base = ahead;
+            } else {
+                // The last node lies ahead of the change of velocity and never happens.
+                self.nodes.pop();
+            }
+        }
+        while self.base.time < now * (1.0 - 1e-14) {
+            let mut dt = now - self.base.time;
+            let state = self.attempt(stepper, &mut dt, statistics)?;
+            self.base = Arc::new(state);
+        }
+        Ok(())
+    }
+
+    /// One step beyond `base`, with error control.
+    fn step_ahead(
+        &mut self,
+        stepper: &mut Stepper,
+        solver: &SolverParameters,
+        statistics: &mut Statistics,
+    ) -> Result<(), StepError> {
+        let mut dt = self.next_step;
+        loop {
+            let state = self.attempt(stepper, &mut dt, statistics)?;
+            let scale =
+                state.outputs.force.abs().max(0.1 * self.largest_force).max(1e-3 * stepper.force_scale());
+            let error = self.misfit(&state).map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
+            if let Some(error) = error.filter(|&e| e > REJECT && dt > MIN_FRACTION * self.first_step) {
+                statistics.cuts += 1;
+                dt *= (0.8 / error.cbrt()).max(MAX_SHRINK);
+                continue;
+            }
+            let growth = error.map_or(MAX_GROWTH, |e| (0.9 / e.cbrt()).clamp(MAX_SHRINK, MAX_GROWTH));
+            statistics.steps += 1;
+            self.next_step = dt * growth;
+            self.largest_force = self.largest_force.max(state.outputs.force.abs());
+            if self.nodes.len() == NODES {
+                self.nodes.remove(0);
+            }
+            self.nodes.push((state.time, state.outputs));
+            self.ahead = Some(Arc::new(state));
+            return Ok(());
+        }
+    }
+
+    /// Steps from `base`, cutting `dt` until it converges.
+    fn attempt(
+        &self,
+        stepper: &mut Stepper,
+        dt: &mut f64,
+        statistics: &mut Statistics,
+    ) -> Result<State, StepError> {
+        let base = &self.base;
+        loop {
+            let start = self.piece.position(base.time);
+            match stepper.step(base, start, self.piece.velocity, *dt, statistics) {
+                Ok(state) => return Ok(state),
+                Err(reason) => {
+                    statistics.cuts += 1;
+                    *dt *= 0.25;
+                    if *dt < MIN_FRACTION * self.first_step.min(1.0) {
+                        return Err(StepError::NoConvergence {
+                            time: base.time,
+                            step_size: *dt,
+                            reason: reason.to_string(),
+                        });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Difference between a new force and the one extrapolated from the last nodes.
+    fn misfit(&self, state: &State) -> Option<f64> {
+        let known = &self.nodes[self.nodes.len().saturating_sub(NODES - 1)..];
+        if known.len() < 2 {
+            return None;
+        }
+        let extrapolated: f64 =
+            self.weights(known, state.time).iter().zip(known).map(|(w, (_, o))| w * o.force).sum();
+        Some((state.outputs.force - extrapolated).abs())
+    }
+
+    fn interpolate(&self, time: f64) -> Outputs {
+        let weights = self.weights(&self.nodes, time);
+        let terms: Vec<_> = weights.iter().zip(&self.nodes).map(|(&w, (_, o))| (w, o)).collect();
+        Outputs::combine(&terms)
+    }
+
+    /// Lagrange weights in the square root of the time since the change of velocity, in which both
+    /// linear growth and seepage (square root of time) are polynomials.
+    fn weights(&self, nodes: &[(f64, Outputs)], time: f64) -> Vec<f64> {
+        let s = |t: f64| (t - self.piece.start_time + self.first_step.min(1.0)).max(0.0).sqrt();
+        let x = s(time);
+        let known: Vec<f64> = nodes.iter().map(|(t, _)| s(*t)).collect();
+        known
+            .iter()
+            .enumerate()
+            .map(|(i, a)| {
+                let others = known.iter().enumerate().filter(|(j, _)| *j != i);
+                others.map(|(_, b)| (x - b) / (a - b)).product()
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,48 @@
+//! The discretised sample: mesh, assembly map and matrix structure, shared by all instances.
+
+use crate::element::assembly::AssemblyMap;
+use crate::mesh::Mesh;
+use crate::parameters::{GeometryParameters, MeshParameters};
+use crate::solver::linear::{Singular, Structure};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+/// Everything that depends on the mesh alone.
+#[derive(Debug)]
+pub struct Sample {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Element unknowns and positions in the matrix.
+    pub map: AssemblyMap,
+    /// Pattern and symbolic factorisation.
+    pub structure: Arc<Structure>,
+}
+
+impl Sample {
+    /// Builds the sample of a mesh.
+    ///
+    /// # Errors
+    /// When the symbolic factorisation runs out of memory.
+    pub fn from_mesh(mesh: Mesh) -> Result<Self, Singular> {
+        let map = AssemblyMap::new(&mesh);
+        let structure = Arc::new(Structure::analyse(map.pattern.clone())?);
+        Ok(Self { mesh, map, structure })
+    }
+
+    /// The sample of a geometry; equal geometries and meshes share one.
+    ///
+    /// # Errors
+    /// When the symbolic factorisation runs out of memory.
+    pub fn shared(geometry: &GeometryParameters, mesh: &MeshParameters) -> Result<Arc<Self>, Singular> {
+        type Key = (GeometryParameters, MeshParameters);
+        static LIVE: Mutex<Vec<(Key, Weak<Sample>)>> = Mutex::new(Vec::new());
+        let mut live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
+        live.retain(|(_, sample)| sample.strong_count() > 0);
+        let key = (geometry.clone(), mesh.clone());
+        if let Some(sample) = live.iter().find(|(k, _)| *k == key).and_then(|(_, s)| s.upgrade()) {
+            return Ok(sample);
+        }
+        let sample = Arc::new(Self::from_mesh(Mesh::new(geometry, mesh))?);
+        live.push((key, Arc::downgrade(&sample)));
+        Ok(sample)
+    }
+}

@@ -1,0 +1,254 @@
+//! One time step of the sample under the punch.
+
+use super::boundary::{Condition, Conditions};
+use super::sample::Sample;
+use crate::element::assembly::{History, assemble};
+use crate::element::field;
+use crate::material::PointMaterial;
+use crate::outputs::{Outputs, Statistics};
+use crate::parameters::{Parameters, TimeScheme};
+use crate::solver::linear::LinearSolver;
+use crate::solver::newton::{self, NewtonFailure, System, Workspace};
+use crate::solver::scheme::stages;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// The sample at one time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Time [s].
+    pub time: f64,
+    /// Unknowns: displacements [m] and pressures [Pa].
+    pub x: Vec<f64>,
+    /// Rate of the unknowns over the step that led here; zero after a change of velocity.
+    pub rate: Vec<f64>,
+    /// History at the integration points.
+    pub history: History,
+    /// Results.
+    pub outputs: Outputs,
+}
+
+/// Advances states; holds the memory and factors of one instance.
+pub struct Stepper {
+    sample: Arc<Sample>,
+    material: PointMaterial,
+    conditions: Conditions,
+    scheme: TimeScheme,
+    tolerance: f64,
+    /// Stress scale [Pa] and length scale [m] that make the system dimensionless.
+    stress_scale: f64,
+    length_scale: f64,
+    column_scale: Vec<f64>,
+    linear: LinearSolver,
+    work: Workspace,
+    stage_history: History,
+    raw_residual: Vec<f64>,
+}
+
+impl Stepper {
+    /// A stepper for a parameter set on a sample.
+    pub fn new(parameters: &Parameters, sample: Arc<Sample>) -> Self {
+        let m = &parameters.material;
+        let stress_scale =
+            m.equilibrium.shear_modulus() + m.branches.iter().map(|b| b.ogden.shear_modulus()).sum::<f64>();
+        let length_scale = parameters.geometry.punch_radius;
+        let column_scale = sample
+            .mesh
+            .pressure_mask()
+            .into_iter()
+            .map(|pressure| if pressure { stress_scale } else { length_scale })
+            .collect();
+        let unknowns = sample.mesh.unknowns();
+        Self {
+            material: PointMaterial::new(m),
+            conditions: Conditions::new(&sample.mesh, &parameters.boundary),
+            scheme: parameters.solver.time_scheme,
+            tolerance: parameters.solver.newton_tolerance,
+            stress_scale,
+            length_scale,
+            column_scale,
+            linear: LinearSolver::new(sample.structure.clone()),
+            work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
+            stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len()),
+            raw_residual: vec![0.0; unknowns],
+            sample,
+        }
+    }
+
+    /// The undeformed sample.
+    pub fn undeformed(&self, time: f64) -> State {
+        let unknowns = self.sample.mesh.unknowns();
+        State {
+            time,
+            x: vec![0.0; unknowns],
+            rate: vec![0.0; unknowns],
+            history: History::undeformed(self.sample.mesh.elements.len(), self.material.branches()),
+            outputs: Outputs::default(),
+        }
+    }
+
+    /// A force that matters [N]: the stress scale over the punch's area.
+    pub fn force_scale(&self) -> f64 {
+        self.stress_scale * self.length_scale * self.length_scale
+    }
+
+    /// Whether a state has this stepper's numbers of unknowns and history tensors.
+    pub fn fits(&self, state: &State) -> bool {
+        state.x.len() == self.column_scale.len()
+            && state.rate.len() == state.x.len()
+            && state.history.jacobian.len() == self.stage_history.jacobian.len()
+            && state.history.cv_inverse.len() == self.stage_history.cv_inverse.len()
+    }
+
+    /// The state `dt` later, the punch moving from `start` [m] at `velocity` [m/s].
+    ///
+    /// # Errors
+    /// Why a stage has no solution.
+    pub fn step(
+        &mut self,
+        old: &State,
+        start: f64,
+        velocity: f64,
+        dt: f64,
+        statistics: &mut Statistics,
+    ) -> Result<State, NewtonFailure> {
+        let mut new = old.clone();
+        new.time = old.time + dt;
+        self.stage_history.clone_from(&old.history);
+        let stages = stages(self.scheme);
+        for (index, stage) in stages.iter().enumerate() {
+            // The first stage continues the last step, later ones the stages before them.
+            let (rate, ahead) = match index.checked_sub(1).map(|k| stages[k].time) {
+                None => (old.rate.clone(), stage.time * dt),
+                Some(reached) => (
+                    new.x.iter().zip(&old.x).map(|(a, b)| (a - b) / (reached * dt)).collect(),
+                    (stage.time - reached) * dt,
+                ),
+            };
+            let length = stage.fraction * dt;
+            let indentation = start + velocity * stage.time * dt;
+            let from = new.x.clone();
+            new.x.iter_mut().zip(&rate).for_each(|(x, r)| *x += r * ahead);
+            let mut solved = self.solve(&mut new.x, length, indentation, statistics);
+            if solved.is_err() {
+                new.x = from;
+                solved = self.solve(&mut new.x, length, indentation, statistics);
+            }
+            solved?;
+            let last = index + 1 == stages.len();
+            let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
+            if last {
+                self.faces(&mut new, length)?;
+            }
+            let integrals = self.update(&mut new, length, stage.reach)?;
+            std::mem::swap(&mut self.stage_history, &mut new.history);
+            let o = &mut new.outputs;
+            o.viscous_dissipation_rate = integrals.viscous_dissipation_rate;
+            o.porous_dissipation_rate = integrals.porous_dissipation_rate;
+            o.viscous_dissipation += stage.weight * dt * integrals.viscous_dissipation_rate;
+            o.porous_dissipation += stage.weight * dt * integrals.porous_dissipation_rate;
+            o.external_work += stage.weight * dt * velocity * reaction;
+            if last {
+                o.displacement = indentation;
+                o.force = reaction;
+                o.force_solid = reaction - o.force_fluid;
+                o.stored_energy = integrals.stored_energy;
+                o.fluid_expelled = -integrals.volume_change;
+            }
+        }
+        std::mem::swap(&mut self.stage_history, &mut new.history);
+        for ((r, a), b) in new.rate.iter_mut().zip(&new.x).zip(&old.x) {
+            *r = (a - b) / dt;
+        }
+        Ok(new)
+    }
+
+    /// Solves one stage from `stage_history` and leaves the nodal forces in `raw_residual`.
+    fn solve(
+        &mut self,
+        x: &mut [f64],
+        dt: f64,
+        indentation: f64,
+        statistics: &mut Statistics,
+    ) -> Result<(), NewtonFailure> {
+        let mut system = StageSystem {
+            sample: &self.sample,
+            material: &self.material,
+            conditions: &self.conditions,
+            column_scale: &self.column_scale,
+            energy_scale: self.stress_scale * self.length_scale.powi(3),
+            history: &self.stage_history,
+            dt,
+            indentation,
+            raw_residual: &mut self.raw_residual,
+        };
+        newton::solve(&mut system, &mut self.linear, &mut self.work, x, self.tolerance, statistics)
+            .map(|_| ())
+    }
+
+    fn faces(&self, new: &mut State, dt: f64) -> Result<(), NewtonFailure> {
+        let Sample { mesh, map, .. } = &*self.sample;
+        let (fluid, traction) =
+            field::face_forces(mesh, map, &self.material, &new.x, &self.stage_history, dt)
+                .map_err(|failed| NewtonFailure::Inadmissible(failed.element))?;
+        new.outputs.force_fluid = fluid;
+        new.outputs.force_traction = traction;
+        Ok(())
+    }
+
+    fn update(&self, new: &mut State, dt: f64, reach: f64) -> Result<field::Integrals, NewtonFailure> {
+        let Sample { mesh, map, .. } = &*self.sample;
+        field::update(mesh, map, &self.material, &new.x, &self.stage_history, dt, reach, &mut new.history)
+            .map_err(|failed| NewtonFailure::Inadmissible(failed.element))
+    }
+}
+
+/// One implicit stage as a dimensionless system of equations.
+struct StageSystem<'a> {
+    sample: &'a Sample,
+    material: &'a PointMaterial,
+    conditions: &'a Conditions,
+    column_scale: &'a [f64],
+    energy_scale: f64,
+    history: &'a History,
+    dt: f64,
+    indentation: f64,
+    raw_residual: &'a mut [f64],
+}
+
+impl System for StageSystem<'_> {
+    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
+        let Sample { mesh, map, .. } = self.sample;
+        assemble(mesh, map, self.material, x, self.history, self.dt, residual, values)
+            .map_err(|failed| failed.element)?;
+        self.raw_residual.copy_from_slice(residual);
+        for column in 0..x.len() {
+            let (first, rows) = map.pattern.column(column);
+            let scale = self.column_scale[column] / self.energy_scale;
+            for (value, &row) in values[first..].iter_mut().zip(rows) {
+                *value = match self.conditions.unknowns[row as usize] {
+                    Condition::Free => *value * scale * self.column_scale[row as usize],
+                    _ if row as usize == column => 1.0,
+                    _ => 0.0,
+                };
+            }
+        }
+        let mut square = 0.0;
+        for (unknown, r) in residual.iter_mut().enumerate() {
+            let scale = self.column_scale[unknown];
+            match self.conditions.unknowns[unknown] {
+                Condition::Free => {
+                    *r *= scale / self.energy_scale;
+                    square += *r * *r;
+                }
+                Condition::Fixed => *r = x[unknown] / scale,
+                Condition::Punch => *r = (x[unknown] + self.indentation) / scale,
+            }
+        }
+        Ok(square.sqrt())
+    }
+
+    fn scale(&self) -> &[f64] {
+        self.column_scale
+    }
+}

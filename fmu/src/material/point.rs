@@ -1,0 +1,245 @@
+//! The whole solid skeleton at one integration point.
+
+use super::branch::Branch;
+use super::darcy::Darcy;
+use super::ogden::Ogden;
+use super::spectral::{Spectral, deviator};
+use super::volumetric::Volumetric;
+use super::{Voigt, Voigt2};
+use crate::parameters::MaterialParameters;
+
+/// Deformation gradient of the axisymmetric problem: `[[rr, rz], [zr, zz]]` and `tt`.
+#[derive(Debug, Clone, Copy)]
+pub struct DeformationGradient {
+    /// In-plane part.
+    pub plane: [[f64; 2]; 2],
+    /// Hoop stretch.
+    pub hoop: f64,
+}
+
+impl DeformationGradient {
+    /// J = det F.
+    #[inline]
+    pub fn determinant(&self) -> f64 {
+        self.plane_determinant() * self.hoop
+    }
+
+    #[inline]
+    fn plane_determinant(&self) -> f64 {
+        let f = &self.plane;
+        f[0][0] * f[1][1] - f[0][1] * f[1][0]
+    }
+
+    /// `F^-1`.
+    #[inline]
+    pub fn inverse(&self) -> Self {
+        let (f, d) = (&self.plane, 1.0 / self.plane_determinant());
+        Self { plane: [[f[1][1] * d, -f[0][1] * d], [-f[1][0] * d, f[0][0] * d]], hoop: 1.0 / self.hoop }
+    }
+
+    /// `F a F^T` for symmetric `a`.
+    #[inline]
+    pub fn push(&self, a: &Voigt) -> Voigt {
+        let f = &self.plane;
+        let row = |i: usize| [f[i][0] * a[0] + f[i][1] * a[3], f[i][0] * a[3] + f[i][1] * a[1]];
+        let (r, z) = (row(0), row(1));
+        [
+            r[0] * f[0][0] + r[1] * f[0][1],
+            z[0] * f[1][0] + z[1] * f[1][1],
+            self.hoop * self.hoop * a[2],
+            r[0] * f[1][0] + r[1] * f[1][1],
+        ]
+    }
+}
+
+/// Effective (solid) Kirchhoff stress, i.e. without `-p J 1`, and its spatial tangent.
+#[derive(Debug, Clone, Copy)]
+pub struct Elasticity {
+    /// Effective Kirchhoff stress [Pa].
+    pub kirchhoff_stress: Voigt,
+    /// Spatial tangent (Oldroyd rate) [Pa].
+    pub tangent: Voigt2,
+}
+
+/// What the update of the history reports, per reference volume.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Energetics {
+    /// Stored energy [J/m^3].
+    pub stored_energy: f64,
+    /// Viscous dissipation rate [W/m^3].
+    pub viscous_dissipation_rate: f64,
+}
+
+/// All laws of one material.
+#[derive(Debug, Clone)]
+pub struct PointMaterial {
+    equilibrium: Ogden,
+    branches: Vec<Branch>,
+    volumetric: Volumetric,
+    /// Seepage law.
+    pub darcy: Darcy,
+    n0s: f64,
+}
+
+impl PointMaterial {
+    /// The laws of a parameter set.
+    pub fn new(p: &MaterialParameters) -> Self {
+        Self {
+            equilibrium: Ogden::new(&p.equilibrium),
+            branches: p.branches.iter().map(Branch::new).collect(),
+            volumetric: Volumetric::new(p.lambda_star, p.n0s),
+            darcy: Darcy::new(p.permeability, p.fluid_viscosity, p.n0s),
+            n0s: p.n0s,
+        }
+    }
+
+    /// Number of viscous branches, i.e. of history tensors `Cv^-1` per point.
+    pub fn branches(&self) -> usize {
+        self.branches.len()
+    }
+
+    /// Whether the point can be evaluated: pores open, not turned inside out.
+    #[inline]
+    pub fn admissible(&self, f: &DeformationGradient) -> bool {
+        f.hoop > 0.0 && f.plane_determinant() > 0.0 && f.determinant() > self.n0s
+    }
+
+    /// Effective stress and consistent tangent at the end of a step of `dt` [s] (Eqs. 7-10, 12).
+    ///
+    /// `history` holds `Cv^-1` of every branch at the start of the step. `None` when the
+    /// deformation is inadmissible.
+    pub fn elasticity(&self, f: &DeformationGradient, history: &[Voigt], dt: f64) -> Option<Elasticity> {
+        if !self.admissible(f) {
+            return None;
+        }
+        let (vol, bulk) = self.volumetric.stress(f.determinant());
+        let mut c = [[0.0; 4]; 4];
+        for (i, row) in c.iter_mut().enumerate().take(3) {
+            row[..3].fill(bulk);
+            row[i] -= 2.0 * vol;
+        }
+        c[3][3] = -vol;
+        let mut tau = [vol, vol, vol, 0.0];
+
+        let frame = Spectral::of(&f.push(&super::IDENTITY))?;
+        let q = self.equilibrium.powers(&deviator(&frame.log_strains()));
+        let beta = self.equilibrium.stress(&q);
+        add(&mut tau, &frame.compose(&beta));
+        frame.add_tangent(&beta, &self.equilibrium.tangent(&q), &mut c);
+
+        for (branch, cv_inverse) in self.branches.iter().zip(history) {
+            let frame = Spectral::of(&f.push(cv_inverse))?;
+            let relaxed = branch.relax(&deviator(&frame.log_strains()), dt)?;
+            let beta = branch.spring.stress(&relaxed.powers);
+            add(&mut tau, &frame.compose(&beta));
+            frame.add_tangent(&beta, &branch.tangent(&relaxed.powers, dt), &mut c);
+        }
+        Some(Elasticity { kirchhoff_stress: tau, tangent: c })
+    }
+
+    /// Advances the history over a converged step and returns the energies at its end.
+    ///
+    /// `reach = 1` gives the end of the step; another value continues the viscous flow of the step
+    /// linearly in logarithmic strain (the SDIRK stage value).
+    pub fn update(
+        &self,
+        f: &DeformationGradient,
+        history: &[Voigt],
+        dt: f64,
+        reach: f64,
+        updated: &mut [Voigt],
+    ) -> Option<Energetics> {
+        let frame = Spectral::of(&f.push(&super::IDENTITY))?;
+        let q = self.equilibrium.powers(&deviator(&frame.log_strains()));
+        let mut energetics = Energetics {
+            stored_energy: self.equilibrium.energy(&q) + self.volumetric.energy(f.determinant()),
+            viscous_dissipation_rate: 0.0,
+        };
+        let f_inverse = f.inverse();
+        for ((branch, cv_inverse), new) in self.branches.iter().zip(history).zip(updated) {
+            let frame = Spectral::of(&f.push(cv_inverse))?;
+            let trial = frame.log_strains();
+            let deviatoric = deviator(&trial);
+            let relaxed = branch.relax(&deviatoric, dt)?;
+            let flow: [f64; 3] = std::array::from_fn(|a| reach * (relaxed.strain[a] - deviatoric[a]));
+            let squares: [f64; 3] = std::array::from_fn(|a| frame.squares[a] * (2.0 * flow[a]).exp());
+            *new = f_inverse.push(&frame.compose(&squares));
+            energetics.stored_energy += branch.spring.energy(&relaxed.powers);
+            energetics.viscous_dissipation_rate += branch.dissipation(&branch.spring.stress(&relaxed.powers));
+        }
+        Some(energetics)
+    }
+}
+
+#[inline]
+fn add(into: &mut Voigt, v: &Voigt) {
+    for (a, b) in into.iter_mut().zip(v) {
+        *a += b;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The tangent against central differences of the stress along a general velocity gradient `l`:
+    /// `d tau = C : d + l tau + tau l^T`.
+    #[test]
+    fn tangent_matches_finite_differences() {
+        let material = PointMaterial::new(&MaterialParameters::default());
+        let history = [[1.1, 0.93, 1.0 / (1.1 * 0.93 - 0.0025), 0.05], [0.9, 1.05, 1.06, -0.02]];
+        let f = DeformationGradient { plane: [[1.1, 0.2], [-0.1, 0.85]], hoop: 1.07 };
+        let (dt, h) = (3e-3, 1e-6);
+        let elasticity = material.elasticity(&f, &history, dt).unwrap();
+        let tau = elasticity.kirchhoff_stress;
+        for k in 0..5 {
+            let mut l = [[0.0; 2]; 2];
+            let mut l_hoop = 0.0;
+            match k {
+                0..4 => l[k / 2][k % 2] = 1.0,
+                _ => l_hoop = 1.0,
+            }
+            let moved = |s: f64| {
+                let mut g = f;
+                for i in 0..2 {
+                    for j in 0..2 {
+                        g.plane[i][j] += s * (l[i][0] * f.plane[0][j] + l[i][1] * f.plane[1][j]);
+                    }
+                }
+                g.hoop += s * l_hoop * f.hoop;
+                material.elasticity(&g, &history, dt).unwrap().kirchhoff_stress
+            };
+            let (up, down) = (moved(h), moved(-h));
+            let d = [l[0][0], l[1][1], l_hoop, l[0][1] + l[1][0]];
+            let convected = [
+                2.0 * (l[0][0] * tau[0] + l[0][1] * tau[3]),
+                2.0 * (l[1][0] * tau[3] + l[1][1] * tau[1]),
+                2.0 * l_hoop * tau[2],
+                l[0][0] * tau[3] + l[0][1] * tau[1] + l[1][0] * tau[0] + l[1][1] * tau[3],
+            ];
+            for i in 0..4 {
+                let analytic = convected[i] + (0..4).map(|j| elasticity.tangent[i][j] * d[j]).sum::<f64>();
+                let numeric = (up[i] - down[i]) / (2.0 * h);
+                approx::assert_relative_eq!(analytic, numeric, max_relative = 1e-6, epsilon = 1e-2);
+            }
+        }
+    }
+
+    #[test]
+    fn viscous_flow_preserves_volume() {
+        let material = PointMaterial::new(&MaterialParameters::default());
+        let f = DeformationGradient { plane: [[1.2, 0.3], [0.1, 0.8]], hoop: 1.05 };
+        let mut updated = [[0.0; 4]; 2];
+        material.update(&f, &[super::super::IDENTITY; 2], 0.05, 1.0, &mut updated).unwrap();
+        for c in updated {
+            approx::assert_relative_eq!((c[0] * c[1] - c[3] * c[3]) * c[2], 1.0, max_relative = 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_compacted_point_is_refused() {
+        let material = PointMaterial::new(&MaterialParameters { n0s: 0.5, ..Default::default() });
+        let f = DeformationGradient { plane: [[1.0, 0.0], [0.0, 0.49]], hoop: 1.0 };
+        assert!(material.elasticity(&f, &[super::super::IDENTITY; 2], 1.0).is_none());
+    }
+}

@@ -1,0 +1,62 @@
+//! Volumetric extra stress with a compaction point (Eq. 10).
+
+/// `tau_vol = lambda* (1-n)^2 (J/(1-n) - J/(J-n)) 1`, n = n0S; `J -> n` is compaction.
+#[derive(Debug, Clone, Copy)]
+pub struct Volumetric {
+    lambda_star: f64,
+    n0s: f64,
+}
+
+impl Volumetric {
+    /// The law for lambda* [Pa] and the initial solid fraction.
+    pub fn new(lambda_star: f64, n0s: f64) -> Self {
+        Self { lambda_star, n0s }
+    }
+
+    /// Kirchhoff stress [Pa] on the diagonal and `J d tau / dJ` [Pa].
+    #[inline]
+    pub fn stress(&self, j: f64) -> (f64, f64) {
+        let (s, n) = (1.0 - self.n0s, self.n0s);
+        let c = self.lambda_star * s * s;
+        let pore = j - n;
+        (c * (j / s - j / pore), c * j * (1.0 / s + n / (pore * pore)))
+    }
+
+    /// Stored energy [J/m^3].
+    #[inline]
+    pub fn energy(&self, j: f64) -> f64 {
+        let (s, n) = (1.0 - self.n0s, self.n0s);
+        self.lambda_star * s * s * ((j - 1.0) / s - ((j - n) / s).ln())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn stress_and_stiffness_derive_from_the_energy() {
+        let law = Volumetric::new(1e5, 0.2);
+        for j in [0.4, 0.9, 1.0, 1.3] {
+            let h = 1e-6;
+            let (tau, stiffness) = law.stress(j);
+            let slope = j * (law.energy(j + h) - law.energy(j - h)) / (2.0 * h);
+            assert_relative_eq!(tau, slope, max_relative = 1e-6, epsilon = 1e-3);
+            let slope = j * (law.stress(j + h).0 - law.stress(j - h).0) / (2.0 * h);
+            assert_relative_eq!(stiffness, slope, max_relative = 1e-7);
+        }
+    }
+
+    #[test]
+    fn undeformed_is_stress_free_with_modulus_lambda_star() {
+        let (tau, stiffness) = Volumetric::new(1e5, 0.032).stress(1.0);
+        assert!(tau.abs() < 1e-9);
+        assert_relative_eq!(stiffness, 1e5, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn compaction_resists_without_bound() {
+        assert!(Volumetric::new(1e5, 0.2).stress(0.2 + 1e-9).0 < -1e10);
+    }
+}

@@ -1,0 +1,5 @@
+//! Sparse linear algebra, Newton iteration, time scheme.
+
+pub mod linear;
+pub mod newton;
+pub mod scheme;

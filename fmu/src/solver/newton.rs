@@ -1,0 +1,124 @@
+//! Newton iteration with line search for one implicit stage.
+
+use super::linear::LinearSolver;
+use crate::outputs::Statistics;
+use thiserror::Error;
+
+const MAX_ITERATIONS: usize = 25;
+const MAX_HALVINGS: usize = 6;
+/// Armijo-like factor: a full step is taken unless the residual hardly falls.
+const SUFFICIENT: f64 = 0.9;
+
+/// Why an iteration ended without a solution.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum NewtonFailure {
+    /// The starting point cannot be evaluated.
+    #[error("element {0} is turned inside out, compacted or strained beyond the material's range")]
+    Inadmissible(usize),
+    /// The tangent is singular.
+    #[error("the tangent is singular in iteration {0}")]
+    Singular(usize),
+    /// The residual did not fall below the tolerance.
+    #[error("the scaled residual stays at {residual:.1e} after {iterations} iterations")]
+    NotConverged {
+        /// Iterations made.
+        iterations: usize,
+        /// Norm of the scaled residual.
+        residual: f64,
+    },
+}
+
+/// A system of equations with Dirichlet conditions; residual and tangent are dimensionless.
+pub trait System {
+    /// Residual and tangent values at `x`; rows of constrained unknowns hold `(x - prescribed) / scale`
+    /// and the identity. Returns the norm of the unconstrained part of the residual.
+    ///
+    /// # Errors
+    /// The element that cannot be evaluated.
+    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize>;
+
+    /// Units of the unknowns: a correction is the solution of the scaled system times these.
+    fn scale(&self) -> &[f64];
+}
+
+/// Vectors of the iteration, allocated once.
+#[derive(Debug, Clone, Default)]
+pub struct Workspace {
+    residual: Vec<f64>,
+    values: Vec<f64>,
+    correction: Vec<f64>,
+    trial: Vec<f64>,
+}
+
+impl Workspace {
+    /// For `unknowns` and `entries` of the tangent.
+    pub fn new(unknowns: usize, entries: usize) -> Self {
+        let zeros = || vec![0.0; unknowns];
+        Self { residual: zeros(), values: vec![0.0; entries], correction: zeros(), trial: zeros() }
+    }
+}
+
+/// Iterates `x` to a residual norm below `tolerance`; returns the norms of all iterations.
+///
+/// # Errors
+/// The reason why there is no solution; `x` is then undefined.
+pub fn solve(
+    system: &mut impl System,
+    linear: &mut LinearSolver,
+    work: &mut Workspace,
+    x: &mut [f64],
+    tolerance: f64,
+    statistics: &mut Statistics,
+) -> Result<Vec<f64>, NewtonFailure> {
+    let Workspace { residual, values, correction, trial } = work;
+    let mut norm = system.evaluate(x, residual, values).map_err(NewtonFailure::Inadmissible)?;
+    let mut norms = vec![norm];
+    // The starting point need not satisfy the Dirichlet conditions: the first correction imposes them.
+    let mut constrained = false;
+    for iteration in 0..MAX_ITERATIONS {
+        if constrained && norm <= tolerance {
+            return Ok(norms);
+        }
+        statistics.iterations += 1;
+        statistics.factorisations += 1;
+        linear.factorise(values).map_err(|_| NewtonFailure::Singular(iteration))?;
+        correction.copy_from_slice(residual);
+        linear.solve(correction);
+        for (c, s) in correction.iter_mut().zip(system.scale()) {
+            *c *= s;
+        }
+        if !correction.iter().all(|c| c.is_finite()) {
+            return Err(NewtonFailure::Singular(iteration));
+        }
+        let mut step = 1.0;
+        let mut halvings = 0;
+        norm = loop {
+            for ((t, x), c) in trial.iter_mut().zip(x.iter()).zip(correction.iter()) {
+                *t = x - step * c;
+            }
+            let evaluated = system.evaluate(trial, residual, values);
+            let last = halvings == MAX_HALVINGS;
+            match evaluated {
+                // The first, constraint-imposing step may raise the residual.
+                Ok(n) if n.is_finite() && (n <= SUFFICIENT * norm || !constrained || n <= tolerance) => {
+                    break n;
+                }
+                Ok(n) if n.is_finite() && last && n < norm => break n,
+                Err(element) if last || !constrained => return Err(NewtonFailure::Inadmissible(element)),
+                _ if last => {
+                    return Err(NewtonFailure::NotConverged { iterations: iteration, residual: norm });
+                }
+                _ => {}
+            }
+            halvings += 1;
+            step *= 0.5;
+        };
+        constrained = true;
+        x.copy_from_slice(trial);
+        norms.push(norm);
+    }
+    if norm <= tolerance {
+        return Ok(norms);
+    }
+    Err(NewtonFailure::NotConverged { iterations: MAX_ITERATIONS, residual: norm })
+}
