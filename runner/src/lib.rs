@@ -7,6 +7,14 @@
 //! The model is evaluated through the FMU only; the model's library is linked for names, units and protocols.
 
 pub mod cache;
+pub mod cli;
 pub mod data;
+pub mod engine;
+pub mod fit;
+pub mod fmi;
+pub mod objective;
+pub mod output;
 pub mod pool;
+pub mod score;
+pub mod setting;
 pub mod units;
