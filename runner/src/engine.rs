@@ -48,11 +48,15 @@ pub enum EngineError {
     },
 }
 
+/// Model identifier of poropunch's FMU.
+const OWN: &str = "poropunch";
+
 /// Answers jobs.
 #[derive(Debug)]
 pub struct Engine {
     wiring: Arc<Wiring>,
     model: String,
+    own: bool,
     pool: Pool,
     cache: Arc<Cache>,
     pending: Mutex<HashMap<Key, WeakRun>>,
@@ -71,12 +75,13 @@ impl Engine {
         });
         let description = fmu.description();
         let wiring = Arc::new(Wiring::new(description, &options.names)?);
-        let binary = std::fs::read(fmu.binary_path()).unwrap_or_default();
+        let binary = std::fs::read(fmu.library()).unwrap_or_default();
         let id = EngineId::new(&description.guid, &binary, &wiring.identity());
         let directory = options.cache.as_deref();
         let cannot = |source| EngineError::Cache { directory: directory.unwrap_or(Path::new("")).into(), source };
         let cache = Arc::new(Cache::new(id, directory).map_err(cannot)?);
         let model = description.model_name.clone();
+        let own = description.model_identifier == OWN;
         let mut simulators: Vec<Box<dyn Simulator>> = Vec::new();
         for i in 0..worker_count(options.workers) {
             let simulator = FmuSimulator::new(&fmu, &wiring, &format!("{model} {i}"));
@@ -85,7 +90,7 @@ impl Engine {
         }
         let pool = Pool::new(simulators, Arc::clone(&options.stop));
         let stop = Arc::clone(&options.stop);
-        Ok(Self { wiring, model, pool, cache, pending: Mutex::default(), stop })
+        Ok(Self { wiring, model, own, pool, cache, pending: Mutex::default(), stop })
     }
 
     /// Starts a run, or finds it in the cache or among those under way; returns at once.
@@ -112,6 +117,11 @@ impl Engine {
     /// Name of the model in the FMU.
     pub fn model_name(&self) -> &str {
         &self.model
+    }
+
+    /// Whether it is poropunch's FMU, whose parameters the variable table knows.
+    pub fn is_own(&self) -> bool {
+        self.own
     }
 
     /// The cache, for its statistics.

@@ -1,6 +1,6 @@
 //! `name=value[unit]`: how people give parameters, checked against the FMU's description.
 
-use crate::fmi::description::{ScalarVariable, VariableKind};
+use crate::fmi::{ScalarVariable, VariableKind};
 use crate::pool::Wiring;
 use crate::units::{Unit, UnitError, parse_quantity};
 use std::collections::BTreeMap;
@@ -100,13 +100,14 @@ pub fn variable_named<'a>(wiring: &'a Wiring, name: &str) -> Result<&'a ScalarVa
 pub fn number_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingError> {
     let text = text.trim();
     let (name, value) = (variable.name.clone(), text.to_owned());
-    let number = match &variable.kind {
+    let number = match variable.kind {
         VariableKind::Boolean => match text.to_lowercase().as_str() {
             "true" | "1" | "yes" | "on" => 1.0,
             "false" | "0" | "no" | "off" => 0.0,
             _ => return Err(SettingError::NotABoolean { name, value }),
         },
-        VariableKind::Enumeration { items } => {
+        VariableKind::Enumeration => {
+            let items = &variable.items;
             let item = items.iter().find(|(item, _)| item.eq_ignore_ascii_case(text));
             let by_number = || text.parse::<i32>().ok().filter(|n| items.iter().any(|(_, v)| v == n));
             item.map(|(_, v)| *v).or_else(by_number).map(f64::from).ok_or_else(|| {

@@ -2,7 +2,7 @@
 
 use crate::fit::parameter::{FitParameter, Unit as FitUnit, internal_problem, values_at};
 use crate::fit::{Bounds, FitError};
-use crate::fmi::description::ScalarVariable;
+use crate::fmi::ScalarVariable;
 use crate::pool::Wiring;
 use crate::setting::{SettingError, number_in, split_assignment, variable_named};
 use poropunch::variables;
@@ -124,7 +124,7 @@ impl ParameterMap {
         for name in &free {
             let variable = variable_named(wiring, name)?;
             let given = starts.iter().find(|(v, _)| v.name == *name).map(|(_, value)| *value);
-            let start = given.or(variable.start).ok_or_else(|| ParameterError::NoStart(name.clone()))?;
+            let start = given.or(variable.start_number()).ok_or_else(|| ParameterError::NoStart(name.clone()))?;
             let known = || identification(own, name).map(|i| [i.lower, i.upper]);
             let limits = bounds.get(name).copied().or_else(known);
             let limits = limits.ok_or_else(|| ParameterError::NoBounds(name.clone()))?;
@@ -136,7 +136,7 @@ impl ParameterMap {
         for tie in &ties {
             // A tie to a parameter that nobody sets follows its start value.
             if !free.contains(&tie.of) && !fixed.contains_key(&tie.of) {
-                let start = variable_named(wiring, &tie.of)?.start;
+                let start = variable_named(wiring, &tie.of)?.start_number();
                 let start = start.ok_or_else(|| ParameterError::NoStart(tie.of.clone()))?;
                 fixed.insert(tie.of.clone(), start);
             }
@@ -244,7 +244,7 @@ fn parse_ties(wiring: &Wiring, texts: &[String]) -> Result<Vec<Tie>, ParameterEr
 /// Unit in which people read a parameter.
 pub fn display_unit(variable: &ScalarVariable) -> FitUnit {
     match (&variable.display_unit, &variable.unit) {
-        (Some(display), _) => FitUnit::new(&display.name, 1.0 / display.factor),
+        (Some(display), _) if display != "1" => FitUnit::new(display, 1.0 / variable.display_factor),
         (None, Some(unit)) if unit != "1" => FitUnit::new(unit, 1.0),
         _ => FitUnit::new("", 1.0),
     }

@@ -3,7 +3,7 @@
 use super::job::{ForceCurve, Job, RunFailure};
 use super::wiring::{Drive, Port, Wiring};
 use super::workers::Simulator;
-use crate::fmi::{Fmu, FmuInstance};
+use crate::fmi::{FmiError, Fmu, FmuInstance, ScalarVariable, VariableKind};
 use poropunch::protocol::Protocol;
 use std::sync::Arc;
 
@@ -35,7 +35,6 @@ impl FmuSimulator {
         if let Some(mut instance) = self.instance.take()
             && instance.reset().is_ok()
         {
-            instance.take_messages();
             return Ok(instance);
         }
         self.fmu.instantiate(&self.name).map_err(|e| RunFailure::Engine(e.to_string()))
@@ -60,10 +59,10 @@ fn simulate(
     let protocol = &job.protocol;
     let start = protocol.start_time();
     set_parameters(instance, wiring, job)?;
-    attempt(instance, |i| i.setup_experiment(None, start, None))?;
-    attempt(instance, FmuInstance::enter_initialisation_mode)?;
+    attempt(instance, |i| i.setup_experiment(start, None))?;
+    attempt(instance, FmuInstance::enter_initialization_mode)?;
     set_input(instance, &wiring.input, protocol.displacement(start))?;
-    attempt(instance, FmuInstance::exit_initialisation_mode)?;
+    attempt(instance, FmuInstance::exit_initialization_mode)?;
 
     let mut curve = ForceCurve {
         names: wiring.outputs.iter().map(|p| p.name.clone()).collect(),
@@ -86,7 +85,7 @@ fn set_parameters(instance: &mut FmuInstance, wiring: &Wiring, job: &Job) -> Res
         let Some(variable) = wiring.parameters.get(name) else {
             return Err(RunFailure::Model(format!("the FMU has no parameter `{name}`")));
         };
-        attempt(instance, |i| i.set_number(variable, value))?;
+        attempt(instance, |i| set_number(i, variable, value))?;
     }
     Ok(())
 }
@@ -123,7 +122,7 @@ fn advance(
             Drive::Derivative => {
                 set_input(instance, &wiring.input, protocol.displacement(time))?;
                 let (references, rate) = ([wiring.input.reference], [velocity / wiring.input.factor]);
-                attempt(instance, |i| i.set_real_input_derivatives(&references, &[1], &rate))?;
+                attempt(instance, |i| i.set_input_derivatives(&references, &[1], &rate))?;
             }
             Drive::Rate { reference, factor } => {
                 set_input(instance, &wiring.input, protocol.displacement(time))?;
@@ -149,8 +148,7 @@ fn record(
     curve.time_s.push(time);
     curve.displacement_m.push(protocol.displacement(time));
     let references: Vec<u32> = wiring.outputs.iter().map(|p| p.reference).collect();
-    let mut read = vec![0.0; references.len()];
-    attempt(instance, |i| i.get_real(&references, &mut read))?;
+    let read = attempt(instance, |i| i.get_real(&references))?;
     for ((series, port), value) in curve.values.iter_mut().zip(&wiring.outputs).zip(read) {
         if !value.is_finite() {
             let name = &port.name;
@@ -165,14 +163,21 @@ fn set_input(instance: &mut FmuInstance, input: &Port, displacement_m: f64) -> R
     attempt(instance, |i| i.set_real(&[input.reference], &[displacement_m / input.factor]))
 }
 
-/// A call whose failure is explained by what the FMU logged.
-fn attempt<T, E: std::fmt::Display>(
+/// Sets a variable of any type to a number (Booleans: 0 or 1).
+fn set_number(instance: &mut FmuInstance, variable: &ScalarVariable, value: f64) -> Result<(), FmiError> {
+    let reference = [variable.value_reference];
+    match variable.kind {
+        VariableKind::Real => instance.set_real(&reference, &[value]),
+        VariableKind::Boolean => instance.set_boolean(&reference, &[value != 0.0]),
+        VariableKind::Integer | VariableKind::Enumeration => instance.set_integer(&reference, &[value as i32]),
+        VariableKind::String => Err(FmiError::NotSupported("set texts as numbers")),
+    }
+}
+
+/// A call whose failure is the model's answer, with what the FMU logged.
+fn attempt<T>(
     instance: &mut FmuInstance,
-    call: impl FnOnce(&mut FmuInstance) -> Result<T, E>,
+    call: impl FnOnce(&mut FmuInstance) -> Result<T, FmiError>,
 ) -> Result<T, RunFailure> {
-    call(instance).map_err(|error| {
-        let messages = instance.take_messages();
-        let text = if messages.is_empty() { error.to_string() } else { messages.join("; ") };
-        RunFailure::Model(text)
-    })
+    call(instance).map_err(|error| RunFailure::Model(error.to_string()))
 }

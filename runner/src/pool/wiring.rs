@@ -1,6 +1,6 @@
 //! Which variables of an FMU are the punch, the force and the parameters, and in which units.
 
-use crate::fmi::description::{Causality, ModelDescription, ScalarVariable, VariableKind};
+use crate::fmi::{ModelDescription, ScalarVariable, VariableKind};
 use crate::units::{Dimension, Unit};
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -56,6 +56,9 @@ pub struct Names {
     pub extra: Vec<String>,
 }
 
+/// In [`Names::extra`]: every real output.
+pub const ALL: &str = "all";
+
 /// An FMU that does not have what is needed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WiringError {
@@ -96,15 +99,17 @@ impl Wiring {
         let input = find_port(description, names.input.as_deref(), Role::INPUT)?;
         let force = find_port(description, names.output.as_deref(), Role::OUTPUT)?;
         let mut outputs = vec![force];
-        for name in &names.extra {
-            let found = description.variables.iter().find(|v| v.name == *name && v.kind == VariableKind::Real);
-            if let Some(v) = found.filter(|v| v.causality == Causality::Output) {
+        let mut extra = Vec::new();
+        let real = description.variables.iter().filter(|v| v.kind == VariableKind::Real);
+        for v in real.filter(|v| v.causality == "output" && v.name != outputs[0].name) {
+            if names.extra.iter().any(|name| *name == v.name || name == ALL) {
                 let factor = v.unit.as_deref().and_then(Unit::parse).map_or(1.0, |u| u.factor);
-                outputs.push(Port { name: v.name.clone(), reference: v.value_reference, factor });
+                extra.push(Port { name: v.name.clone(), reference: v.value_reference, factor });
             }
         }
+        outputs.extend(extra);
         let drive = drive(description, &input);
-        let settable = |v: &&ScalarVariable| v.causality == Causality::Parameter;
+        let settable = |v: &&ScalarVariable| v.causality == "parameter";
         let parameters = description.variables.iter().filter(settable);
         let parameters = parameters.map(|v| (v.name.clone(), v.clone())).collect();
         Ok(Self { input, drive, outputs, parameters })
@@ -119,31 +124,25 @@ impl Wiring {
 struct Role {
     name: &'static str,
     default: &'static str,
-    causality: Causality,
     dimension: Dimension,
-    option: &'static str,
 }
 
 impl Role {
     const INPUT: Self = Self {
         name: "input",
         default: "displacement",
-        causality: Causality::Input,
         dimension: Dimension::Length,
-        option: "input",
     };
     const OUTPUT: Self = Self {
         name: "output",
         default: "force",
-        causality: Causality::Output,
         dimension: Dimension::Force,
-        option: "output",
     };
 }
 
 fn find_port(description: &ModelDescription, asked: Option<&str>, role: Role) -> Result<Port, WiringError> {
     let asked = asked.unwrap_or(role.default);
-    let real = |v: &&ScalarVariable| v.causality == role.causality && v.kind == VariableKind::Real;
+    let real = |v: &&ScalarVariable| v.causality == role.name && v.kind == VariableKind::Real;
     let candidates: Vec<&ScalarVariable> = description.variables.iter().filter(real).collect();
     // A name may hold colons itself, so the whole is tried first.
     let whole = candidates.iter().find(|v| v.name == asked).map(|v| (*v, None));
@@ -158,7 +157,7 @@ fn find_port(description: &ModelDescription, asked: Option<&str>, role: Role) ->
             role: role.name,
             name: asked.to_owned(),
             available: if available.is_empty() { "none".into() } else { available.join(", ") },
-            option: role.option,
+            option: role.name,
         });
     };
     let factor = match given.or(variable.unit.as_deref()) {
@@ -167,7 +166,7 @@ fn find_port(description: &ModelDescription, asked: Option<&str>, role: Role) ->
             name: variable.name.clone(),
             unit: unit.to_owned(),
             expected: role.dimension,
-            option: role.option,
+            option: role.name,
         })?,
     };
     Ok(Port { name: variable.name.clone(), reference: variable.value_reference, factor })
@@ -179,11 +178,11 @@ fn factor(unit: &str, dimension: Dimension) -> Option<f64> {
 }
 
 fn drive(description: &ModelDescription, input: &Port) -> Drive {
-    if description.capabilities.can_interpolate_inputs {
+    if description.capabilities.interpolate_inputs {
         return Drive::Derivative;
     }
     let rate_name = format!("{}_rate", input.name);
-    let rate = description.variables.iter().find(|v| v.name == rate_name && v.causality == Causality::Input);
+    let rate = description.variables.iter().find(|v| v.name == rate_name && v.causality == "input");
     match rate {
         // A velocity without a unit of its own goes with the displacement's.
         Some(v) => {
