@@ -212,8 +212,7 @@ impl Slave {
             return Err(StepError::BadDuration(size).into());
         }
         let slack = TIME_SLACK * run.time.abs().max(1.0);
-        // Written so that NaN is refused.
-        if !((current - run.time).abs() <= slack) {
+        if current.is_nan() || (current - run.time).abs() > slack {
             return Err(SlaveError::WrongTime { asked: current, actual: run.time });
         }
         match &run.protocol {
@@ -296,12 +295,13 @@ const CHECKSUM: usize = 16;
 
 impl SlaveState {
     /// Header, payload, checksum; little-endian, valid in another process and on another machine.
+    /// `attachment` is stored beside the state: the caller's own.
     ///
     /// # Errors
     /// When the state cannot be written.
-    pub fn to_bytes(&self) -> Result<Vec<u8>, SlaveError> {
-        let payload =
-            postcard::to_allocvec(self).map_err(|_| SlaveError::BadState("it cannot be serialised"))?;
+    pub fn to_bytes(&self, attachment: &[u8]) -> Result<Vec<u8>, SlaveError> {
+        let payload = postcard::to_allocvec(&(attachment, self))
+            .map_err(|_| SlaveError::BadState("it cannot be serialised"))?;
         let mut bytes = Vec::with_capacity(HEADER + payload.len() + CHECKSUM);
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
@@ -312,11 +312,11 @@ impl SlaveState {
         Ok(bytes)
     }
 
-    /// Reads what [`SlaveState::to_bytes`] wrote.
+    /// Reads what [`SlaveState::to_bytes`] wrote: state and attachment.
     ///
     /// # Errors
     /// When anything about the bytes is wrong: they may come from anywhere.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SlaveError> {
+    pub fn from_bytes(bytes: &[u8]) -> Result<(Self, Vec<u8>), SlaveError> {
         let bad = SlaveError::BadState;
         let body =
             bytes.len().checked_sub(CHECKSUM).filter(|&n| n >= HEADER).ok_or(bad("it is too short"))?;
@@ -336,6 +336,8 @@ impl SlaveState {
         if *checksum != fnv1a_128(body).to_le_bytes() {
             return Err(bad("its checksum is wrong"));
         }
-        postcard::from_bytes(&body[HEADER..]).map_err(|_| bad("its contents cannot be read"))
+        let (attachment, state) =
+            postcard::from_bytes(&body[HEADER..]).map_err(|_| bad("its contents cannot be read"))?;
+        Ok((state, attachment))
     }
 }

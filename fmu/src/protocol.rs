@@ -167,8 +167,8 @@ impl Trapezoid {
         let mut points = vec![(0.0, -self.start_gap)];
         let mut leg = |duration: f64, displacement: f64| {
             let (time, _) = points[points.len() - 1];
-            // `!(<= 0)` lets NaN through, for `Protocol::new` to name.
-            if !(duration <= 0.0) {
+            // NaN passes, for `Protocol::new` to name.
+            if duration > 0.0 || duration.is_nan() {
                 points.push((time + duration, displacement));
             }
         };

@@ -12,6 +12,7 @@ pub mod data;
 pub mod engine;
 pub mod fit;
 pub mod fmi;
+pub mod identification;
 pub mod objective;
 pub mod output;
 pub mod pool;

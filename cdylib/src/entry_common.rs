@@ -1,0 +1,392 @@
+//! The 25 functions common to model exchange and co-simulation (`fmi2Functions.h`).
+// SAFETY of all functions here: they are called by an FMI master that keeps the standard's promises on
+// pointers (valid or NULL, arrays of the stated length, one thread at a time per component).
+#![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
+
+use crate::abi::{Boolean, CO_SIMULATION, CallbackFunctions, FmuState, Status, ValueReference};
+use crate::component::{Component, Saved};
+use crate::guard::{self, Outcome, call, slice, slice_mut, text};
+use crate::logger::Logger;
+use crate::phase::{ANY, GETTABLE, INITIALIZATION, INSTANTIATED, Phase, SETTABLE, STEP_COMPLETE};
+use poropunch::model_description::guid;
+use poropunch::variables::Value;
+use std::ffi::{c_char, c_int, c_void};
+use std::panic::catch_unwind;
+
+/// Platform of the FMI types.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
+    c"default".as_ptr()
+}
+
+/// Version of FMI.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetVersion() -> *const c_char {
+    c"2.0".as_ptr()
+}
+
+/// Switches log categories on or off.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetDebugLogging(
+    component: *mut c_void,
+    logging_on: Boolean,
+    n: usize,
+    categories: *const *const c_char,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2SetDebugLogging", ANY, |c| {
+            let names: Option<Vec<&str>> = slice(categories, n)?.iter().map(|&name| text(name)).collect();
+            c.logger.select(logging_on != 0, &names.ok_or("a log category is NULL or not UTF-8")?)
+        })
+    }
+}
+
+/// A new instance, or NULL with the reason logged. `resource_location` is not needed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Instantiate(
+    instance_name: *const c_char,
+    kind: c_int,
+    fmu_guid: *const c_char,
+    _resource_location: *const c_char,
+    functions: *const CallbackFunctions,
+    _visible: Boolean,
+    logging_on: Boolean,
+) -> *mut c_void {
+    guard::quiet_panics();
+    let create = || {
+        // SAFETY: see the top of this file. The callbacks are copied: they are only valid during this call.
+        let (name, asked, callbacks) =
+            unsafe { (text(instance_name), text(fmu_guid), functions.as_ref().copied()?) };
+        let name = name.filter(|name| !name.trim().is_empty());
+        let logger = Logger::new(callbacks, name.unwrap_or("unnamed"), logging_on != 0);
+        let refusal = if name.is_none() {
+            Some("the instance name is missing or not UTF-8".to_owned())
+        } else if kind != CO_SIMULATION {
+            Some("this FMU offers co-simulation only, not model exchange".to_owned())
+        } else if asked != Some(guid()) {
+            let asked = asked.unwrap_or("none");
+            Some(format!(
+                "GUID {asked} of modelDescription.xml is not {} of the binary: take both from one archive",
+                guid()
+            ))
+        } else {
+            None
+        };
+        if let Some(reason) = refusal {
+            logger.error(&format!("fmi2Instantiate: {reason}"));
+            return None;
+        }
+        logger.event(|| "instantiated".to_owned());
+        Some(Box::new(Component::new(logger)))
+    };
+    match catch_unwind(create) {
+        Ok(Some(component)) => Box::into_raw(component).cast(),
+        _ => std::ptr::null_mut(),
+    }
+}
+
+/// Frees an instance and all states it still holds; NULL is ignored.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeInstance(component: *mut c_void) {
+    if component.is_null() {
+        return;
+    }
+    // SAFETY: see the top of this file; the pointer was made by `Box::into_raw` in fmi2Instantiate.
+    let component = unsafe { Box::from_raw(component.cast::<Component>()) };
+    let _ = catch_unwind(std::panic::AssertUnwindSafe(|| drop(component)));
+}
+
+/// Start and stop time. The tolerance is not used: `solver.tolerance` is a parameter.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetupExperiment(
+    component: *mut c_void,
+    _tolerance_defined: Boolean,
+    _tolerance: f64,
+    start_time: f64,
+    stop_time_defined: Boolean,
+    stop_time: f64,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2SetupExperiment", INSTANTIATED, |c| {
+            let stop = (stop_time_defined != 0).then_some(stop_time);
+            if !start_time.is_finite() || stop.is_some_and(|stop| stop.is_nan() || stop < start_time) {
+                return Err(format!("start time {start_time} s and stop time {stop:?} s are no interval"));
+            }
+            c.experiment = (start_time, stop);
+            Ok(())
+        })
+    }
+}
+
+/// Parameters and inputs may still be set until the end of the initialisation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2EnterInitializationMode(component: *mut c_void) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2EnterInitializationMode", INSTANTIATED, |c| {
+            c.phase = Phase::Initialization;
+            Ok(())
+        })
+    }
+}
+
+/// Builds the model.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut c_void) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2ExitInitializationMode", INITIALIZATION, |c| {
+            // Left so by a failure or a panic.
+            c.phase = Phase::Error;
+            c.slave.initialise(c.experiment.0).map_err(|e| e.to_string())?;
+            c.last_time = c.experiment.0;
+            c.phase = Phase::StepComplete;
+            c.logger.event(|| format!("initialised at {} s", c.experiment.0));
+            Ok(())
+        })
+    }
+}
+
+/// Ends the simulation; results can still be read.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Terminate(component: *mut c_void) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2Terminate", STEP_COMPLETE, |c| {
+            c.phase = Phase::Terminated;
+            c.logger.event(|| "terminated".to_owned());
+            Ok(())
+        })
+    }
+}
+
+/// Back to the state after `fmi2Instantiate`, from anywhere.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Reset(component: *mut c_void) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2Reset", ANY, |c| {
+            c.reset();
+            Ok(())
+        })
+    }
+}
+
+/// Defines a get and a set function of one type.
+macro_rules! access {
+    ($get:ident, $set:ident, $c_type:ty, $zero:expr, $from:expr, $to:expr) => {
+        /// Values of variables: parameters and inputs as set, outputs of the last step.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get(
+            component: *mut c_void,
+            references: *const ValueReference,
+            n: usize,
+            values: *mut $c_type,
+        ) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe {
+                call(component, stringify!($get), GETTABLE, |c| {
+                    let (references, values) = (slice(references, n)?, slice_mut(values, n)?);
+                    let read = c.slave.get_each(references, $from, $zero).map_err(|e| e.to_string())?;
+                    values.copy_from_slice(&read);
+                    Ok(())
+                })
+            }
+        }
+
+        /// Sets parameters and inputs: all of them, or none and an error.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set(
+            component: *mut c_void,
+            references: *const ValueReference,
+            n: usize,
+            values: *const $c_type,
+        ) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe {
+                call(component, stringify!($set), SETTABLE, |c| {
+                    let (references, values) = (slice(references, n)?, slice(values, n)?);
+                    let pairs = references.iter().copied().zip(values.iter().copied().map($to));
+                    c.slave.set(&pairs.collect::<Vec<_>>()).map_err(|e| e.to_string())
+                })
+            }
+        }
+    };
+}
+
+fn real(value: Value) -> Option<f64> {
+    if let Value::Real(v) = value { Some(v) } else { None }
+}
+
+fn integer(value: Value) -> Option<c_int> {
+    if let Value::Integer(v) = value { Some(v) } else { None }
+}
+
+fn boolean(value: Value) -> Option<Boolean> {
+    if let Value::Boolean(v) = value { Some(Boolean::from(v)) } else { None }
+}
+
+access!(fmi2GetReal, fmi2SetReal, f64, Value::Real(0.0), real, Value::Real);
+access!(fmi2GetInteger, fmi2SetInteger, c_int, Value::Integer(0), integer, Value::Integer);
+access!(fmi2GetBoolean, fmi2SetBoolean, Boolean, Value::Boolean(false), boolean, |v| Value::Boolean(v != 0));
+
+fn no_strings(n: usize) -> Outcome {
+    if n == 0 { Ok(()) } else { Err("this FMU has no variables of type String".to_owned()) }
+}
+
+/// There are no strings.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetString(
+    component: *mut c_void,
+    _references: *const ValueReference,
+    n: usize,
+    _values: *mut *const c_char,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe { call(component, "fmi2GetString", GETTABLE, |_| no_strings(n)) }
+}
+
+/// There are no strings.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetString(
+    component: *mut c_void,
+    _references: *const ValueReference,
+    n: usize,
+    _values: *const *const c_char,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe { call(component, "fmi2SetString", SETTABLE, |_| no_strings(n)) }
+}
+
+/// Copies the present state; an existing handle is overwritten, NULL gets a new one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetFMUstate(component: *mut c_void, state: *mut FmuState) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2GetFMUstate", ANY, |c| {
+            let state = state.as_mut().ok_or("the pointer to the state is NULL")?;
+            let saved = c.save();
+            if state.is_null() {
+                *state = c.keep(saved) as FmuState;
+            } else {
+                *c.states.get_mut(&(*state as usize)).ok_or(UNKNOWN_STATE)? = saved;
+            }
+            Ok(())
+        })
+    }
+}
+
+const UNKNOWN_STATE: &str = "the state is not one of this instance, or is freed already";
+
+/// The state behind a handle.
+fn saved(component: &Component, state: FmuState) -> Result<&Saved, String> {
+    component.states.get(&(state as usize)).ok_or_else(|| UNKNOWN_STATE.to_owned())
+}
+
+/// Back to a saved state.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetFMUstate(component: *mut c_void, state: FmuState) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2SetFMUstate", ANY, |c| {
+            let saved = saved(c, state)?.clone();
+            c.restore(&saved)
+        })
+    }
+}
+
+/// Frees a saved state and sets the handle to NULL; NULL is ignored.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeFMUstate(component: *mut c_void, state: *mut FmuState) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2FreeFMUstate", ANY, |c| {
+            let Some(state) = state.as_mut().filter(|state| !state.is_null()) else { return Ok(()) };
+            c.states.remove(&(*state as usize)).ok_or(UNKNOWN_STATE)?;
+            *state = std::ptr::null_mut();
+            Ok(())
+        })
+    }
+}
+
+/// Bytes that `fmi2SerializeFMUstate` will write.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
+    component: *mut c_void,
+    state: FmuState,
+    size: *mut usize,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2SerializedFMUstateSize", ANY, |c| {
+            let size = size.as_mut().ok_or("the pointer to the size is NULL")?;
+            *size = saved(c, state)?.to_bytes()?.len();
+            Ok(())
+        })
+    }
+}
+
+/// Writes a saved state, valid in another process.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializeFMUstate(
+    component: *mut c_void,
+    state: FmuState,
+    bytes: *mut u8,
+    size: usize,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2SerializeFMUstate", ANY, |c| {
+            let written = saved(c, state)?.to_bytes()?;
+            let target = slice_mut(bytes, size)?;
+            let target = target
+                .get_mut(..written.len())
+                .ok_or_else(|| format!("the state needs {} bytes, the buffer has {size}", written.len()))?;
+            target.copy_from_slice(&written);
+            Ok(())
+        })
+    }
+}
+
+/// Reads a saved state into a new handle; corrupt bytes are an error.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
+    component: *mut c_void,
+    bytes: *const u8,
+    size: usize,
+    state: *mut FmuState,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2DeSerializeFMUstate", ANY, |c| {
+            let state = state.as_mut().ok_or("the pointer to the state is NULL")?;
+            let saved = Saved::from_bytes(slice(bytes, size)?)?;
+            match c.states.get_mut(&(*state as usize)) {
+                Some(old) => *old = saved,
+                None => *state = c.keep(saved) as FmuState,
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Not offered (`providesDirectionalDerivative` is false).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
+    component: *mut c_void,
+    _unknowns: *const ValueReference,
+    _n_unknown: usize,
+    _knowns: *const ValueReference,
+    _n_known: usize,
+    _dv_known: *const f64,
+    _dv_unknown: *mut f64,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(component, "fmi2GetDirectionalDerivative", GETTABLE, |_| {
+            Err("this FMU has no directional derivatives; sensitivities are ordinary outputs".to_owned())
+        })
+    }
+}

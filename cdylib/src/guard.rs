@@ -1,0 +1,134 @@
+//! What every entry point goes through: pointer, life cycle, panics, the reason of a failure.
+
+use crate::abi::{ERROR, OK, Status};
+use crate::component::Component;
+use crate::phase::{Allowed, Phase};
+use std::ffi::{CStr, c_char, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Once;
+
+/// Success, or the reason to log.
+pub type Outcome = Result<(), String>;
+
+/// Runs `body` on a component, when `function` is allowed in its phase.
+///
+/// # Safety
+/// `component` is NULL or comes from `fmi2Instantiate`, is not freed, and is used by one thread at a time.
+pub unsafe fn call(
+    component: *mut c_void,
+    function: &str,
+    allowed: Allowed,
+    body: impl FnOnce(&mut Component) -> Outcome,
+) -> Status {
+    // SAFETY: the caller's promise.
+    let Some(component) = (unsafe { component.cast::<Component>().as_mut() }) else { return ERROR };
+    run(component, function, allowed, body)
+}
+
+fn run(
+    component: &mut Component,
+    function: &str,
+    allowed: Allowed,
+    body: impl FnOnce(&mut Component) -> Outcome,
+) -> Status {
+    if !allowed.contains(&component.phase) {
+        let phase = component.phase;
+        component.logger.error(&format!(
+            "{function}: not allowed in state {phase:?}, only in {allowed:?}; fmi2Reset leads out of any state"
+        ));
+        return ERROR;
+    }
+    match catch_unwind(AssertUnwindSafe(|| body(component))) {
+        Ok(Ok(())) => OK,
+        Ok(Err(reason)) => {
+            component.logger.error(&format!("{function}: {reason}"));
+            ERROR
+        }
+        Err(panic) => {
+            component.phase = Phase::Error;
+            component.logger.error(&format!("{function}: internal error: {}", panic_text(&*panic)));
+            ERROR
+        }
+    }
+}
+
+/// Keeps panics off the host's stderr. The hook belongs to this library's copy of the Rust runtime.
+pub fn quiet_panics() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| std::panic::set_hook(Box::new(|_| {})));
+}
+
+/// What a panic said.
+pub fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "unknown".to_owned())
+}
+
+/// A C array as a slice; `n = 0` needs no array.
+///
+/// # Safety
+/// `array` is NULL or holds `n` values for as long as the slice lives.
+pub unsafe fn slice<'a, T>(array: *const T, n: usize) -> Result<&'a [T], String> {
+    match n {
+        0 => Ok(&[]),
+        _ if array.is_null() => Err(format!("an array of {n} values is NULL")),
+        // SAFETY: not NULL, and the caller's promise.
+        _ => Ok(unsafe { std::slice::from_raw_parts(array, n) }),
+    }
+}
+
+/// A C array to write into.
+///
+/// # Safety
+/// As [`slice`], and nothing else refers to the array.
+pub unsafe fn slice_mut<'a, T>(array: *mut T, n: usize) -> Result<&'a mut [T], String> {
+    match n {
+        0 => Ok(&mut []),
+        _ if array.is_null() => Err(format!("an array of {n} values is NULL")),
+        // SAFETY: not NULL, and the caller's promise.
+        _ => Ok(unsafe { std::slice::from_raw_parts_mut(array, n) }),
+    }
+}
+
+/// A C string; `None` when NULL or not UTF-8.
+///
+/// # Safety
+/// `text` is NULL or ends with a zero and lives as long as the result.
+pub unsafe fn text<'a>(text: *const c_char) -> Option<&'a str> {
+    if text.is_null() {
+        return None;
+    }
+    // SAFETY: not NULL, and the caller's promise.
+    unsafe { CStr::from_ptr(text) }.to_str().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::abi::CallbackFunctions;
+    use crate::logger::Logger;
+    use crate::phase::ANY;
+    use std::ptr::{null, null_mut};
+
+    fn component() -> Component {
+        let callbacks = CallbackFunctions {
+            logger: None,
+            allocate_memory: null(),
+            free_memory: null(),
+            step_finished: null(),
+            component_environment: null_mut(),
+        };
+        Component::new(Logger::new(callbacks, "test", false))
+    }
+
+    #[test]
+    fn a_panic_is_an_error_of_this_instance_only() {
+        quiet_panics();
+        let (mut broken, mut other) = (component(), component());
+        assert_eq!(run(&mut broken, "test", ANY, |_| panic!("injected")), ERROR);
+        assert_eq!(broken.phase, Phase::Error);
+        assert_eq!(run(&mut other, "test", ANY, |c| c.slave.initialise(0.0).map_err(|e| e.to_string())), OK);
+        broken.reset();
+        assert_eq!(run(&mut broken, "test", ANY, |c| c.slave.initialise(0.0).map_err(|e| e.to_string())), OK);
+    }
+}

@@ -1,0 +1,106 @@
+//! The shared library: its functions, looked up once.
+#![allow(unsafe_code)]
+
+use super::FmiError;
+use libloading::Library;
+use std::ffi::{c_char, c_int, c_void};
+use std::path::Path;
+
+/// `fmi2Component`.
+pub type Component = *mut c_void;
+/// `fmi2FMUstate`.
+pub type State = *mut c_void;
+/// Signature of our logger: the fixed arguments only; C passes them alike to variadic functions.
+pub type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
+
+/// `fmi2CallbackFunctions`.
+#[repr(C)]
+pub struct Callbacks {
+    pub logger: Logger,
+    pub allocate: unsafe extern "C" fn(usize, usize) -> *mut c_void,
+    pub free: unsafe extern "C" fn(*mut c_void),
+    pub step_finished: *const c_void,
+    pub environment: *mut c_void,
+}
+
+type Get<T> = unsafe extern "C" fn(Component, *const u32, usize, *mut T) -> c_int;
+type Set<T> = unsafe extern "C" fn(Component, *const u32, usize, *const T) -> c_int;
+type Plain = unsafe extern "C" fn(Component) -> c_int;
+
+/// Declares the table of functions and how it is filled from a library.
+macro_rules! functions {
+    ($($(#[$optional:ident])? $field:ident: $symbol:literal as $signature:ty;)+) => {
+        /// The functions this program calls; the library stays loaded as long as they exist.
+        pub struct Binary {
+            $(pub $field: functions!(@type $($optional)? $signature),)+
+            _library: Library,
+        }
+
+        impl Binary {
+            /// Loads a library and looks up all functions.
+            pub fn load(path: &Path) -> Result<Self, FmiError> {
+                // SAFETY: running a foreign library's initialisers is what loading an FMU means.
+                let library = unsafe { Library::new(path) }.map_err(|e| FmiError::Load {
+                    path: path.to_path_buf(),
+                    reason: e.to_string(),
+                })?;
+                // SAFETY: the signatures are those of the FMI 2.0 headers; the pointers live in the struct
+                // that owns the library.
+                unsafe {
+                    Ok(Self {
+                        $($field: functions!(@load $($optional)? library, $symbol, $signature),)+
+                        _library: library,
+                    })
+                }
+            }
+        }
+    };
+    (@type optional $signature:ty) => { Option<$signature> };
+    (@type $signature:ty) => { $signature };
+    (@load optional $library:ident, $symbol:literal, $signature:ty) => {
+        $library.get::<$signature>($symbol).ok().map(|symbol| *symbol)
+    };
+    (@load $library:ident, $symbol:literal, $signature:ty) => {
+        *$library
+            .get::<$signature>($symbol)
+            .map_err(|_| FmiError::MissingSymbol($symbol.to_owned()))?
+    };
+}
+
+functions! {
+    instantiate: "fmi2Instantiate" as unsafe extern "C" fn(
+        *const c_char, c_int, *const c_char, *const c_char, *const Callbacks, c_int, c_int) -> Component;
+    free_instance: "fmi2FreeInstance" as unsafe extern "C" fn(Component);
+    setup_experiment: "fmi2SetupExperiment" as unsafe extern "C" fn(
+        Component, c_int, f64, f64, c_int, f64) -> c_int;
+    enter_initialization: "fmi2EnterInitializationMode" as Plain;
+    exit_initialization: "fmi2ExitInitializationMode" as Plain;
+    terminate: "fmi2Terminate" as Plain;
+    reset: "fmi2Reset" as Plain;
+    get_real: "fmi2GetReal" as Get<f64>;
+    get_integer: "fmi2GetInteger" as Get<c_int>;
+    get_boolean: "fmi2GetBoolean" as Get<c_int>;
+    set_real: "fmi2SetReal" as Set<f64>;
+    set_integer: "fmi2SetInteger" as Set<c_int>;
+    set_boolean: "fmi2SetBoolean" as Set<c_int>;
+    do_step: "fmi2DoStep" as unsafe extern "C" fn(Component, f64, f64, c_int) -> c_int;
+    #[optional] set_input_derivatives: "fmi2SetRealInputDerivatives" as unsafe extern "C" fn(
+        Component, *const u32, usize, *const c_int, *const f64) -> c_int;
+    #[optional] get_state: "fmi2GetFMUstate" as unsafe extern "C" fn(Component, *mut State) -> c_int;
+    #[optional] set_state: "fmi2SetFMUstate" as unsafe extern "C" fn(Component, State) -> c_int;
+    #[optional] free_state: "fmi2FreeFMUstate" as unsafe extern "C" fn(Component, *mut State) -> c_int;
+    #[optional] state_size: "fmi2SerializedFMUstateSize" as unsafe extern "C" fn(
+        Component, State, *mut usize) -> c_int;
+    #[optional] serialize_state: "fmi2SerializeFMUstate" as unsafe extern "C" fn(
+        Component, State, *mut u8, usize) -> c_int;
+    #[optional] deserialize_state: "fmi2DeSerializeFMUstate" as unsafe extern "C" fn(
+        Component, *const u8, usize, *mut State) -> c_int;
+}
+
+// Plain C memory for FMUs that want the master's. C's own calloc and free keep the size for us.
+unsafe extern "C" {
+    /// C's calloc.
+    pub fn calloc(n: usize, size: usize) -> *mut c_void;
+    /// C's free.
+    pub fn free(memory: *mut c_void);
+}

@@ -1,0 +1,93 @@
+//! An FMU: its description and its library.
+
+use super::archive::Files;
+use super::binary::Binary;
+use super::{FmiError, FmuInstance, ModelDescription};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A loaded FMU; clones share it.
+#[derive(Clone)]
+pub struct Fmu {
+    description: Arc<ModelDescription>,
+    // Dropped before the files it was loaded from.
+    binary: Arc<Binary>,
+    files: Option<Arc<Files>>,
+    location: PathBuf,
+}
+
+impl Fmu {
+    /// An `.fmu` archive, or the folder of an unpacked one.
+    ///
+    /// # Errors
+    /// When it is no FMI 2.0 co-simulation FMU for this machine.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, FmiError> {
+        let files = Files::open(path.as_ref())?;
+        let description = ModelDescription::parse(&files.description()?)?;
+        let location = files.binary(&description.model_identifier)?;
+        let binary = Binary::load(&location)?;
+        Ok(Self {
+            description: Arc::new(description),
+            binary: Arc::new(binary),
+            files: Some(Arc::new(files)),
+            location,
+        })
+    }
+
+    /// This project's own FMU: the library that cargo built beside the running program.
+    ///
+    /// # Errors
+    /// When it is not there.
+    pub fn builtin() -> Result<Self, FmiError> {
+        let location = builtin_library()?;
+        let description = ModelDescription::parse(&poropunch::model_description::xml())?;
+        let binary = Binary::load(&location)?;
+        Ok(Self { description: Arc::new(description), binary: Arc::new(binary), files: None, location })
+    }
+
+    /// What the FMU says about itself.
+    pub fn description(&self) -> &ModelDescription {
+        &self.description
+    }
+
+    /// The shared library that is loaded.
+    pub fn library(&self) -> &Path {
+        &self.location
+    }
+
+    /// A new instance.
+    ///
+    /// # Errors
+    /// When the FMU refuses, with its reason (a GUID that does not match, for one).
+    pub fn instantiate(&self, name: &str) -> Result<FmuInstance, FmiError> {
+        FmuInstance::new(self, name)
+    }
+
+    pub(super) fn binary(&self) -> &Arc<Binary> {
+        &self.binary
+    }
+
+    pub(super) fn shared_description(&self) -> &Arc<ModelDescription> {
+        &self.description
+    }
+
+    pub(super) fn files(&self) -> Option<&Arc<Files>> {
+        self.files.as_ref()
+    }
+}
+
+/// The newest of the library's copies around this program: cargo keeps one in `deps` and links it one
+/// folder up, and tests run from `deps`.
+pub fn builtin_library() -> Result<PathBuf, FmiError> {
+    let file = format!("{}poropunch_fmi{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let program = std::env::current_exe()
+        .map_err(|source| FmiError::Io { path: PathBuf::from("the running program"), source })?;
+    let folder = program.parent().unwrap_or(Path::new("."));
+    let folders = [folder.to_path_buf(), folder.join("deps"), folder.join("..")];
+    let modified = |path: &PathBuf| path.metadata().and_then(|m| m.modified()).ok();
+    let found = folders.iter().map(|folder| folder.join(&file)).filter(|path| path.is_file());
+    found.max_by_key(modified).ok_or_else(|| {
+        let looked: Vec<_> = folders.iter().map(|folder| folder.display().to_string()).collect();
+        FmiError::NoBuiltin { file, looked: looked.join(", ") }
+    })
+}
