@@ -1,12 +1,10 @@
 //! The command line.
 
 mod batch;
-mod engine_args;
+pub mod engine_args;
 mod identify;
-mod package;
 mod progress;
 mod protocols;
-mod report;
 mod simulate;
 mod validate;
 
@@ -45,10 +43,6 @@ enum Command {
     Validate(validate::Arguments),
     /// Run many parameter sets in parallel.
     Batch(batch::Arguments),
-    /// Render the HTML page of an earlier identification again.
-    Report(report::Arguments),
-    /// Write the FMU archive, and check it.
-    Package(package::Arguments),
 }
 
 /// Runs the command line; what the program's `main` returns.
@@ -70,8 +64,6 @@ pub fn main() -> ExitCode {
         Command::Identify(arguments) => identify::run(arguments, &stop),
         Command::Validate(arguments) => validate::run(arguments, &stop),
         Command::Batch(arguments) => batch::run(arguments, &stop),
-        Command::Report(arguments) => report::run(arguments),
-        Command::Package(arguments) => package::run(arguments),
     };
     match result {
         Ok(Ending::Complete) => ExitCode::SUCCESS,
