@@ -12,12 +12,23 @@
 //! a cache of runs.
 
 mod coleman_li;
+pub mod derived;
+pub mod identifiability;
+pub mod multi_start;
+pub mod parameter;
 pub mod problem;
 pub mod solution;
+pub mod statistics;
 mod step;
 mod subproblem;
 pub mod trust_region;
+pub mod wording;
 
+pub use derived::{DerivedEstimate, DerivedQuantity, Values};
+pub use identifiability::{Finding, FindingKind, Identifiability};
+pub use multi_start::{MultiStart, MultiStartOptions, StartRecord};
+pub use parameter::{FitParameter, Transform};
 pub use problem::{Bounds, EvaluationFailure, FitError, Problem};
 pub use solution::{IterationRecord, Solution, StopReason};
+pub use statistics::{CommonError, Interval, Noise, ParameterEstimate, Statistics};
 pub use trust_region::{Options, Scaling, minimise};
