@@ -1,7 +1,7 @@
 //! The first loading and hold of protocol P2 through the native API.
 //!
 //! ```text
-//! cargo run --release -p poropunch --example p2_cycle [mesh.edge_size_mm] [growth] [tolerance]
+//! cargo run --release -p poropunch --example p2_cycle [mesh.edge_size_mm] [growth] [divisions] [tolerance]
 //! ```
 
 use poropunch::{Instance, Model, Parameters};
@@ -14,6 +14,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     if let Some(growth) = arguments.next() {
         parameters.mesh.growth = growth?;
+    }
+    if let Some(divisions) = arguments.next() {
+        parameters.mesh.divisions = divisions? as u32;
     }
     if let Some(tolerance) = arguments.next() {
         parameters.solver.tolerance = tolerance?;

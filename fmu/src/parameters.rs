@@ -115,10 +115,12 @@ pub enum MeshPreset {
 pub struct MeshParameters {
     /// The preset.
     pub preset: MeshPreset,
-    /// Size of the element at the punch's edge [m]; 0 takes the preset's.
+    /// Size of the innermost ring of elements at the punch's edge [m]; 0 takes the preset's.
     pub edge_size: f64,
-    /// Ratio of neighbouring element sizes [-]; 0 takes the preset's.
+    /// Ratio of neighbouring rings [-]; 0 takes the preset's.
     pub growth: f64,
+    /// Elements along the inner side of every ring; 0 takes the preset's.
+    pub divisions: u32,
 }
 
 /// Boundary conditions, each one switchable. `default()` is the paper's.
@@ -213,8 +215,9 @@ impl Parameters {
             within("mesh.edge_size", self.mesh.edge_size, 1e-5 * g.punch_radius, g.punch_radius)?;
         }
         if self.mesh.growth != 0.0 {
-            within("mesh.growth", self.mesh.growth, 1.0, 10.0)?;
+            within("mesh.growth", self.mesh.growth, 1.05, 10.0)?;
         }
+        within("mesh.divisions", f64::from(self.mesh.divisions), 0.0, 64.0)?;
         let s = &self.solver;
         within("solver.tolerance", s.tolerance, 1e-9, 1.0)?;
         positive("solver.initial_increment", s.initial_increment)?;

@@ -1,5 +1,6 @@
 //! From elements to the global sparse system.
 
+use super::geometry::Geometry;
 use super::kernel::{self, ElementSystem, PointState};
 use super::shape::POINTS;
 use crate::material::{IDENTITY, PointMaterial, Voigt};
@@ -94,7 +95,7 @@ pub struct Inadmissible {
 /// The first element that is turned inside out, compacted or too strained.
 #[allow(clippy::too_many_arguments)]
 pub fn assemble(
-    mesh: &Mesh,
+    geometry: &Geometry,
     map: &AssemblyMap,
     material: &PointMaterial,
     x: &[f64],
@@ -106,9 +107,9 @@ pub fn assemble(
     residual.fill(0.0);
     values.fill(0.0);
     let mut system = ElementSystem::default();
-    for (index, element) in mesh.elements.iter().enumerate() {
+    for (index, points) in geometry.volume.iter().enumerate() {
         let x_e = map.gather(index, x);
-        kernel::evaluate(element, material, &x_e, old.element(index, material.branches()), dt, &mut system)
+        kernel::evaluate(points, material, &x_e, old.element(index, material.branches()), dt, &mut system)
             .ok_or(Inadmissible { element: index })?;
         map.scatter(index, &system, residual, values);
     }

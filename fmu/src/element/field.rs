@@ -1,11 +1,10 @@
 //! Integrals and history over a converged solution.
 
 use super::assembly::{AssemblyMap, History, Inadmissible};
+use super::geometry::{FacePoint, Geometry};
 use super::kernel::Point;
-use super::shape::{GAUSS_POINTS, POINTS, RULE, Shape, gauss_lagrange};
+use super::shape::{POINTS, gauss_lagrange};
 use crate::material::PointMaterial;
-use crate::mesh::Mesh;
-use std::f64::consts::TAU;
 
 /// Volume integrals at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -28,7 +27,7 @@ pub struct Integrals {
 /// The first element that cannot be evaluated.
 #[allow(clippy::too_many_arguments)]
 pub fn update(
-    mesh: &Mesh,
+    geometry: &Geometry,
     map: &AssemblyMap,
     material: &PointMaterial,
     x: &[f64],
@@ -39,10 +38,10 @@ pub fn update(
 ) -> Result<Integrals, Inadmissible> {
     let branches = material.branches();
     let mut integrals = Integrals::default();
-    for (index, element) in mesh.elements.iter().enumerate() {
+    for (index, points) in geometry.volume.iter().enumerate() {
         let x_e = map.gather(index, x);
-        for (k, shape) in GAUSS_POINTS.iter().enumerate() {
-            let point = Point::at(element, shape, &x_e).ok_or(Inadmissible { element: index })?;
+        for (k, place) in points.iter().enumerate() {
+            let point = Point::at(place, &x_e).ok_or(Inadmissible { element: index })?;
             let at = index * POINTS + k;
             let range = at * branches..(at + 1) * branches;
             let energetics = material
@@ -52,10 +51,10 @@ pub fn update(
             new.jacobian[at] = old.jacobian[at] + reach * (j - old.jacobian[at]);
             let (mobility, _) = material.darcy.referential_mobility(j);
             let g = point.grad_p;
-            integrals.stored_energy += point.volume * energetics.stored_energy;
-            integrals.viscous_dissipation_rate += point.volume * energetics.viscous_dissipation_rate;
-            integrals.porous_dissipation_rate += point.volume * mobility * (g[0] * g[0] + g[1] * g[1]);
-            integrals.volume_change += point.volume * (j - 1.0);
+            integrals.stored_energy += place.measure * energetics.stored_energy;
+            integrals.viscous_dissipation_rate += place.measure * energetics.viscous_dissipation_rate;
+            integrals.porous_dissipation_rate += place.measure * mobility * (g[0] * g[0] + g[1] * g[1]);
+            integrals.volume_change += place.measure * (j - 1.0);
         }
     }
     Ok(integrals)
@@ -68,7 +67,7 @@ pub fn update(
 /// # Errors
 /// The first element that cannot be evaluated.
 pub fn face_forces(
-    mesh: &Mesh,
+    geometry: &Geometry,
     map: &AssemblyMap,
     material: &PointMaterial,
     x: &[f64],
@@ -77,35 +76,25 @@ pub fn face_forces(
 ) -> Result<(f64, f64), Inadmissible> {
     let (mut fluid, mut traction) = (0.0, 0.0);
     let branches = material.branches();
-    for index in mesh.punch_elements() {
-        let failed = Inadmissible { element: index };
-        let element = &mesh.elements[index];
-        let x_e = map.gather(index, x);
-        let history = old.element(index, branches);
-        // Cauchy stress (zz, rz) of the skeleton at the Gauss points.
-        let mut stress = [[0.0; 2]; POINTS];
-        for (k, shape) in GAUSS_POINTS.iter().enumerate() {
-            let point = Point::at(element, shape, &x_e).ok_or(failed)?;
+    for FacePoint { element, xi, geometry: place } in &geometry.face {
+        let failed = Inadmissible { element: *element };
+        let x_e = map.gather(*element, x);
+        let history = old.element(*element, branches);
+        // Cauchy stress of the skeleton (zz, rz), extrapolated from the Gauss points.
+        let mut sigma = [0.0; 2];
+        for (k, weight) in gauss_lagrange(*xi).into_iter().enumerate() {
+            let point = Point::at(&geometry.volume[*element][k], &x_e).ok_or(failed)?;
             let cv = &history.cv_inverse[k * branches..(k + 1) * branches];
             let tau = material.elasticity(&point.f, cv, dt).ok_or(failed)?.kirchhoff_stress;
-            stress[k] = [tau[1] / point.jacobian, tau[3] / point.jacobian];
+            sigma[0] += weight * tau[1] / point.jacobian;
+            sigma[1] += weight * tau[3] / point.jacobian;
         }
-        for (xi, weight) in RULE {
-            let shape = Shape::at([xi, 1.0], weight);
-            let point = Point::at(element, &shape, &x_e).ok_or(failed)?;
-            let radius = element.origin[0] + 0.5 * (1.0 + xi) * element.size[0];
-            let area = TAU * radius * weight * 0.5 * element.size[0];
-            // Nanson: n da = J F^-T N dA, N = e_z.
-            let inverse = point.f.inverse();
-            let normal = [point.jacobian * inverse.plane[1][0], point.jacobian * inverse.plane[1][1]];
-            let mut sigma = [0.0; 2];
-            for (l, s) in gauss_lagrange([xi, 1.0]).iter().zip(&stress) {
-                sigma[0] += l * s[0];
-                sigma[1] += l * s[1];
-            }
-            fluid += area * point.pressure * normal[1];
-            traction -= area * ((sigma[0] - point.pressure) * normal[1] + sigma[1] * normal[0]);
-        }
+        let point = Point::at(place, &x_e).ok_or(failed)?;
+        // Nanson: n da = J F^-T N dA, N = e_z.
+        let inverse = point.f.inverse();
+        let normal = [point.jacobian * inverse.plane[1][0], point.jacobian * inverse.plane[1][1]];
+        fluid += place.measure * point.pressure * normal[1];
+        traction -= place.measure * ((sigma[0] - point.pressure) * normal[1] + sigma[1] * normal[0]);
     }
     Ok((fluid, traction))
 }

@@ -3,12 +3,12 @@
 //! Momentum: `int tau : grad v dV0 = external`. Mass over a step of `dt`:
 //! `int q (J - J_old) dV0 + dt int J k grad q . grad p dV0 = 0`, `k` the current mobility.
 
-use super::shape::{GAUSS_POINTS, POINTS, Shape};
+use super::geometry::PointGeometry;
+use super::shape::POINTS;
 use crate::material::PointMaterial;
 use crate::material::Voigt;
 use crate::material::point::DeformationGradient;
-use crate::mesh::{CORNERS, Element, NODES, UNKNOWNS};
-use std::f64::consts::TAU;
+use crate::mesh::{CORNERS, NODES, UNKNOWNS};
 
 /// Element residual and tangent; unknowns as in [`crate::mesh::Mesh::element_unknowns`].
 #[derive(Debug, Clone)]
@@ -42,27 +42,22 @@ pub struct Point {
     pub pressure: f64,
     /// Spatial pressure gradient [Pa/m].
     pub grad_p: [f64; 2],
-    /// `2 pi R dA` [m^3] for the Gauss points.
-    pub volume: f64,
 }
 
 impl Point {
     /// Evaluates the kinematics; `x` are the element's unknowns. `None` when turned inside out.
     #[inline]
-    pub fn at(element: &Element, shape: &Shape, x: &[f64; UNKNOWNS]) -> Option<Self> {
-        let scale = [2.0 / element.size[0], 2.0 / element.size[1]];
-        let radius = element.origin[0] + 0.5 * (1.0 + shape.xi[0]) * element.size[0];
-        let material: [[f64; 2]; NODES] =
-            std::array::from_fn(|a| [shape.dn[a][0] * scale[0], shape.dn[a][1] * scale[1]]);
+    pub fn at(geometry: &PointGeometry, x: &[f64; UNKNOWNS]) -> Option<Self> {
         let (mut plane, mut u_r) = ([[1.0, 0.0], [0.0, 1.0]], 0.0);
         for a in 0..NODES {
+            let g = geometry.gradient[a];
             for d in 0..2 {
-                plane[0][d] += x[2 * a] * material[a][d];
-                plane[1][d] += x[2 * a + 1] * material[a][d];
+                plane[0][d] += x[2 * a] * g[d];
+                plane[1][d] += x[2 * a + 1] * g[d];
             }
-            u_r += x[2 * a] * shape.n[a];
+            u_r += x[2 * a] * geometry.n[a];
         }
-        let f = DeformationGradient { plane, hoop: 1.0 + u_r / radius };
+        let f = DeformationGradient { plane, hoop: 1.0 + u_r / geometry.radius };
         let jacobian = f.determinant();
         if !(jacobian > 0.0 && f.hoop > 0.0) {
             return None;
@@ -71,20 +66,23 @@ impl Point {
         let push = |g: [f64; 2]| {
             [g[0] * inverse[0][0] + g[1] * inverse[1][0], g[0] * inverse[0][1] + g[1] * inverse[1][1]]
         };
-        let gradient = std::array::from_fn(|a| push(material[a]));
-        let current_radius = radius + u_r;
-        let hoop = std::array::from_fn(|a| shape.n[a] / current_radius);
-        let pressure_gradient: [[f64; 2]; CORNERS] =
-            std::array::from_fn(|m| push([shape.dp[m][0] * scale[0], shape.dp[m][1] * scale[1]]));
+        let pressure_gradient = geometry.pressure_gradient.map(push);
         let (mut pressure, mut grad_p) = (0.0, [0.0; 2]);
         for m in 0..CORNERS {
             let p = x[2 * NODES + m];
-            pressure += shape.p[m] * p;
+            pressure += geometry.p[m] * p;
             grad_p[0] += pressure_gradient[m][0] * p;
             grad_p[1] += pressure_gradient[m][1] * p;
         }
-        let volume = TAU * radius * shape.weight * 0.25 * element.size[0] * element.size[1];
-        Some(Self { f, jacobian, gradient, hoop, pressure_gradient, pressure, grad_p, volume })
+        Some(Self {
+            f,
+            jacobian,
+            gradient: geometry.gradient.map(push),
+            hoop: geometry.n.map(|n| n / (geometry.radius + u_r)),
+            pressure_gradient,
+            pressure,
+            grad_p,
+        })
     }
 }
 
@@ -99,7 +97,7 @@ pub struct PointState<'a> {
 
 /// Fills `system` for the unknowns `x` at the end of a step of `dt` [s]; `None` when inadmissible.
 pub fn evaluate(
-    element: &Element,
+    geometry: &[PointGeometry; POINTS],
     material: &PointMaterial,
     x: &[f64; UNKNOWNS],
     old: PointState<'_>,
@@ -108,11 +106,11 @@ pub fn evaluate(
 ) -> Option<()> {
     *system = ElementSystem::default();
     let branches = material.branches();
-    for (k, shape) in GAUSS_POINTS.iter().enumerate().take(POINTS) {
-        let point = Point::at(element, shape, x)?;
+    for (k, place) in geometry.iter().enumerate() {
+        let point = Point::at(place, x)?;
         let history = &old.cv_inverse[k * branches..(k + 1) * branches];
         let elasticity = material.elasticity(&point.f, history, dt)?;
-        let (w, j, p) = (point.volume, point.jacobian, point.pressure);
+        let (w, j, p) = (place.measure, point.jacobian, point.pressure);
 
         // Total Kirchhoff stress and tangent: tau - p J 1.
         let mut tau = elasticity.kirchhoff_stress;
@@ -128,8 +126,8 @@ pub fn evaluate(
         c[3][3] += pore;
 
         momentum(&point, &tau, &c, w, system);
-        coupling(&point, shape, w * j, system);
-        mass(&point, shape, material, j - old.jacobian[k], dt, system);
+        coupling(&point, &place.p, w * j, system);
+        mass(&point, place, material, j - old.jacobian[k], dt, system);
     }
     // K_uu is symmetric: the kernel fills its upper half.
     for a in 0..2 * NODES {
@@ -176,12 +174,12 @@ fn divergence(point: &Point, a: usize) -> [f64; 2] {
 }
 
 #[inline]
-fn coupling(point: &Point, shape: &Shape, wj: f64, system: &mut ElementSystem) {
+fn coupling(point: &Point, p: &[f64; CORNERS], wj: f64, system: &mut ElementSystem) {
     for a in 0..NODES {
         let div = divergence(point, a);
         for m in 0..CORNERS {
             for i in 0..2 {
-                let entry = wj * div[i] * shape.p[m];
+                let entry = wj * div[i] * p[m];
                 system.tangent[2 * a + i][2 * NODES + m] -= entry;
                 system.tangent[2 * NODES + m][2 * a + i] += entry;
             }
@@ -192,21 +190,21 @@ fn coupling(point: &Point, shape: &Shape, wj: f64, system: &mut ElementSystem) {
 #[inline]
 fn mass(
     point: &Point,
-    shape: &Shape,
+    place: &PointGeometry,
     material: &PointMaterial,
     growth: f64,
     dt: f64,
     system: &mut ElementSystem,
 ) {
     let (mobility, slope) = material.darcy.referential_mobility(point.jacobian);
-    let (w, wk) = (point.volume, point.volume * dt * mobility);
-    let w_slope = point.volume * dt * slope * point.jacobian;
+    let (w, wk) = (place.measure, place.measure * dt * mobility);
+    let w_slope = place.measure * dt * slope * point.jacobian;
     let g = point.grad_p;
     for m in 0..CORNERS {
         let gm = point.pressure_gradient[m];
         let along = gm[0] * g[0] + gm[1] * g[1];
         let row = 2 * NODES + m;
-        system.residual[row] += w * shape.p[m] * growth + wk * along;
+        system.residual[row] += w * place.p[m] * growth + wk * along;
         for a in 0..NODES {
             let (ga, div) = (point.gradient[a], divergence(point, a));
             let (a_p, a_m) = (ga[0] * g[0] + ga[1] * g[1], ga[0] * gm[0] + ga[1] * gm[1]);
@@ -224,7 +222,9 @@ fn mass(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::element::geometry::Geometry;
     use crate::material::IDENTITY;
+    use crate::mesh::Mesh;
     use crate::parameters::MaterialParameters;
 
     /// The consistent tangent against central differences of the residual, 1e-6 of the largest entry
@@ -232,8 +232,8 @@ mod tests {
     #[test]
     fn tangent_matches_finite_differences() {
         let material = PointMaterial::new(&MaterialParameters { n0s: 0.2, ..Default::default() });
-        let nodes = std::array::from_fn(|k| k as u32);
-        let element = Element { nodes, origin: [0.3e-3, 0.0], size: [0.4e-3, 0.25e-3] };
+        let mesh = Mesh::tensor(&[0.0, 0.3e-3, 0.7e-3], &[0.0, 0.25e-3], 0.3e-3);
+        let geometry = Geometry::new(&mesh).volume[1];
         let mut x = [0.0; UNKNOWNS];
         for (k, v) in x.iter_mut().enumerate() {
             let noise = ((k * 7919 + 13) % 101) as f64 / 101.0 - 0.5;
@@ -245,7 +245,7 @@ mod tests {
         let old = PointState { jacobian: &jacobian, cv_inverse: &cv_inverse };
         let dt = 0.02;
         let mut exact = ElementSystem::default();
-        evaluate(&element, &material, &x, old, dt, &mut exact).unwrap();
+        evaluate(&geometry, &material, &x, old, dt, &mut exact).unwrap();
         let block = |k: usize| usize::from(k >= 2 * NODES);
         let mut largest = [[0.0_f64; 2]; 2];
         for i in 0..UNKNOWNS {
@@ -260,7 +260,7 @@ mod tests {
                 let mut y = x;
                 y[j] += s;
                 let mut system = ElementSystem::default();
-                evaluate(&element, &material, &y, old, dt, &mut system).unwrap();
+                evaluate(&geometry, &material, &y, old, dt, &mut system).unwrap();
                 system.residual
             };
             let (up, down) = (shifted(h), shifted(-h));

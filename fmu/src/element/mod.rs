@@ -2,6 +2,7 @@
 
 pub mod assembly;
 pub mod field;
+pub mod geometry;
 pub mod kernel;
 pub mod shape;
 

@@ -1,6 +1,7 @@
 //! The discretised sample: mesh, assembly map and matrix structure, shared by all instances.
 
 use crate::element::assembly::AssemblyMap;
+use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
 use crate::parameters::{GeometryParameters, MeshParameters};
 use crate::solver::linear::{Singular, Structure};
@@ -11,6 +12,8 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 pub struct Sample {
     /// The mesh.
     pub mesh: Mesh,
+    /// Reference geometry of the integration points.
+    pub geometry: Geometry,
     /// Element unknowns and positions in the matrix.
     pub map: AssemblyMap,
     /// Pattern and symbolic factorisation.
@@ -24,8 +27,9 @@ impl Sample {
     /// When the symbolic factorisation runs out of memory.
     pub fn from_mesh(mesh: Mesh) -> Result<Self, Singular> {
         let map = AssemblyMap::new(&mesh);
+        let geometry = Geometry::new(&mesh);
         let structure = Arc::new(Structure::analyse(map.pattern.clone())?);
-        Ok(Self { mesh, map, structure })
+        Ok(Self { mesh, geometry, map, structure })
     }
 
     /// The sample of a geometry; equal geometries and meshes share one.

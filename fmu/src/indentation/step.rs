@@ -187,9 +187,9 @@ impl Stepper {
     }
 
     fn faces(&self, new: &mut State, dt: f64) -> Result<(), NewtonFailure> {
-        let Sample { mesh, map, .. } = &*self.sample;
+        let Sample { geometry, map, .. } = &*self.sample;
         let (fluid, traction) =
-            field::face_forces(mesh, map, &self.material, &new.x, &self.stage_history, dt)
+            field::face_forces(geometry, map, &self.material, &new.x, &self.stage_history, dt)
                 .map_err(|failed| NewtonFailure::Inadmissible(failed.element))?;
         new.outputs.force_fluid = fluid;
         new.outputs.force_traction = traction;
@@ -197,8 +197,8 @@ impl Stepper {
     }
 
     fn update(&self, new: &mut State, dt: f64, reach: f64) -> Result<field::Integrals, NewtonFailure> {
-        let Sample { mesh, map, .. } = &*self.sample;
-        field::update(mesh, map, &self.material, &new.x, &self.stage_history, dt, reach, &mut new.history)
+        let Sample { geometry, map, .. } = &*self.sample;
+        field::update(geometry, map, &self.material, &new.x, &self.stage_history, dt, reach, &mut new.history)
             .map_err(|failed| NewtonFailure::Inadmissible(failed.element))
     }
 }
@@ -218,8 +218,8 @@ struct StageSystem<'a> {
 
 impl System for StageSystem<'_> {
     fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
-        let Sample { mesh, map, .. } = self.sample;
-        assemble(mesh, map, self.material, x, self.history, self.dt, residual, values)
+        let Sample { geometry, map, .. } = self.sample;
+        assemble(geometry, map, self.material, x, self.history, self.dt, residual, values)
             .map_err(|failed| failed.element)?;
         self.raw_residual.copy_from_slice(residual);
         for column in 0..x.len() {

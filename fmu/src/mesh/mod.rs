@@ -1,10 +1,16 @@
-//! Structured axisymmetric Taylor–Hood mesh, graded towards the punch's edge and the surface.
+//! Axisymmetric Taylor–Hood mesh: square rings around the punch's edge inside a rectangular grid.
+//!
+//! The edge of a bonded punch is singular and, at finite strain, the material turns around it by more
+//! than a right angle. Rings of elements that shrink geometrically towards the edge resolve both with
+//! few unknowns: every element of a ring takes only a slice of the angle.
 
+mod blocks;
 mod grading;
 mod presets;
 
 use crate::parameters::{GeometryParameters, MeshParameters};
-use presets::resolve;
+use blocks::Quad;
+use std::collections::HashMap;
 
 /// Nodes per element: Q2 displacement.
 pub const NODES: usize = 9;
@@ -13,27 +19,40 @@ pub const CORNERS: usize = 4;
 /// Unknowns per element, displacements first.
 pub const UNKNOWNS: usize = 2 * NODES + CORNERS;
 
-/// One quadrilateral of the (R, Z) half-plane, an axis-parallel rectangle.
+/// Local numbers of the corner nodes.
+pub const CORNER_NODES: [usize; CORNERS] = [0, 2, 6, 8];
+
+/// One straight-sided quadrilateral of the (R, Z) half-plane.
 ///
-/// Local nodes run row by row from the lower left: `3 j + i`, `i` along R, `j` along Z.
+/// Local nodes run row by row from the lower left of the reference square: `3 j + i`. At the punch's
+/// edge a side is collapsed to a point: three local nodes are then one.
 #[derive(Debug, Clone, Copy)]
 pub struct Element {
     /// Global nodes.
     pub nodes: [u32; NODES],
-    /// Lower left corner (R, Z) [m].
-    pub origin: [f64; 2],
-    /// Size along R and Z [m].
-    pub size: [f64; 2],
+    /// Corners (R, Z) [m], lower left, lower right, upper left, upper right.
+    pub corners: [[f64; 2]; CORNERS],
+}
+
+/// A side of an element on the punch's face: the local coordinates of its two ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// The element.
+    pub element: usize,
+    /// Reference coordinates of the end nearer to the axis.
+    pub start: [f64; 2],
+    /// Reference coordinates of the other end.
+    pub end: [f64; 2],
 }
 
 /// Mesh and numbering of the unknowns.
 #[derive(Debug, Clone)]
 pub struct Mesh {
-    /// Elements, row by row from the bottom.
+    /// Elements.
     pub elements: Vec<Element>,
     /// Node coordinates (R, Z) [m].
     pub nodes: Vec<[f64; 2]>,
-    /// First displacement unknown of every node (`u_r`; `u_z` follows).
+    /// Unknown `u_r` of every node (`u_z` follows).
     displacement: Vec<u32>,
     /// Pressure unknown of every corner node.
     pressure: Vec<Option<u32>>,
@@ -45,55 +64,50 @@ pub struct Mesh {
 impl Mesh {
     /// The mesh of a geometry.
     pub fn new(geometry: &GeometryParameters, mesh: &MeshParameters) -> Self {
-        let grading = resolve(mesh, geometry.punch_radius);
-        let (a, b, h) = (geometry.punch_radius, geometry.sample_radius, geometry.sample_height);
-        let mut radii: Vec<f64> =
-            grading::layers(a, &grading).into_iter().map(|r| a - r).rev().chain([a]).collect();
-        radii.extend(grading::layers(b - a, &grading).into_iter().map(|r| a + r));
-        radii[0] = 0.0;
-        let mut heights: Vec<f64> = grading::layers(h, &grading).into_iter().map(|z| h - z).rev().collect();
-        heights[0] = 0.0;
-        heights.push(h);
-        Self::tensor(&radii, &heights, a)
+        let resolution = presets::resolve(mesh, geometry.punch_radius);
+        Self::from_quads(&blocks::indentation(geometry, &resolution), geometry.punch_radius)
     }
 
-    /// The mesh of given grid lines (ascending, `radii[0] = 0`); `punch_radius` is one of the radii.
+    /// The rectangular mesh of given grid lines (ascending from 0); `punch_radius` is one of the radii.
     pub fn tensor(radii: &[f64], heights: &[f64], punch_radius: f64) -> Self {
-        let (nr, nz) = (radii.len() - 1, heights.len() - 1);
-        let (columns, rows) = (2 * nr + 1, 2 * nz + 1);
-        let (r, z) = (with_midpoints(radii), with_midpoints(heights));
-        let (mut nodes, mut displacement, mut pressure) = (Vec::new(), Vec::new(), Vec::new());
+        Self::from_quads(&blocks::tensor(radii, heights), punch_radius)
+    }
+
+    fn from_quads(quads: &[Quad], punch_radius: f64) -> Self {
+        let corners = || quads.iter().flatten();
+        let extent: [f64; 2] = std::array::from_fn(|d| corners().fold(0.0_f64, |m, c| m.max(c[d])));
+        let mut nodes: Vec<[f64; 2]> = Vec::new();
+        let mut known: HashMap<[i64; 2], u32> = HashMap::new();
+        let mut node_at = |x: [f64; 2]| {
+            // Coordinates of one node differ by rounding only between elements.
+            let key = std::array::from_fn(|d| (x[d] / extent[d] * 1e10).round() as i64);
+            *known.entry(key).or_insert_with(|| {
+                nodes.push(x);
+                (nodes.len() - 1) as u32
+            })
+        };
+        let mut elements = Vec::with_capacity(quads.len());
+        for corners in quads {
+            let at = |k: usize| {
+                let (i, j) = (0.5 * (k % 3) as f64, 0.5 * (k / 3) as f64);
+                let weights = [(1.0 - i) * (1.0 - j), i * (1.0 - j), (1.0 - i) * j, i * j];
+                std::array::from_fn(|d| (0..CORNERS).map(|c| weights[c] * corners[c][d]).sum())
+            };
+            elements.push(Element { nodes: std::array::from_fn(|k| node_at(at(k))), corners: *corners });
+        }
+        let mut is_corner = vec![false; nodes.len()];
+        for element in &elements {
+            CORNER_NODES.iter().for_each(|&k| is_corner[element.nodes[k] as usize] = true);
+        }
         let mut unknowns = 0_u32;
-        for j in 0..rows {
-            for i in 0..columns {
-                nodes.push([r[i], z[j]]);
-                displacement.push(unknowns);
-                unknowns += 2;
-                let corner = i % 2 == 0 && j % 2 == 0;
-                pressure.push(corner.then_some(unknowns));
-                unknowns += u32::from(corner);
-            }
+        let (mut displacement, mut pressure) = (Vec::new(), Vec::new());
+        for corner in is_corner {
+            displacement.push(unknowns);
+            unknowns += 2;
+            pressure.push(corner.then_some(unknowns));
+            unknowns += u32::from(corner);
         }
-        let mut elements = Vec::with_capacity(nr * nz);
-        for j in 0..nz {
-            for i in 0..nr {
-                let node = |k: usize| ((2 * j + k / 3) * columns + 2 * i + k % 3) as u32;
-                elements.push(Element {
-                    nodes: std::array::from_fn(node),
-                    origin: [radii[i], heights[j]],
-                    size: [radii[i + 1] - radii[i], heights[j + 1] - heights[j]],
-                });
-            }
-        }
-        Self {
-            elements,
-            nodes,
-            displacement,
-            pressure,
-            unknowns: unknowns as usize,
-            extent: [radii[nr], heights[nz]],
-            punch_radius,
-        }
+        Self { elements, nodes, displacement, pressure, unknowns: unknowns as usize, extent, punch_radius }
     }
 
     /// Number of unknowns.
@@ -118,7 +132,7 @@ impl Mesh {
             let first = self.displacement[node as usize];
             (unknowns[2 * k], unknowns[2 * k + 1]) = (first, first + 1);
         }
-        for (k, local) in [0, 2, 6, 8].into_iter().enumerate() {
+        for (k, local) in CORNER_NODES.into_iter().enumerate() {
             let node = element.nodes[local] as usize;
             unknowns[2 * NODES + k] = self.pressure[node].unwrap_or(u32::MAX);
         }
@@ -134,36 +148,52 @@ impl Mesh {
 
     /// Nodes on the axis.
     pub fn axis(&self) -> impl Iterator<Item = u32> + '_ {
-        self.select(|x| x[0] == 0.0)
+        self.select(|x| x[0] <= self.margin())
     }
 
     /// Nodes on the bottom.
     pub fn bottom(&self) -> impl Iterator<Item = u32> + '_ {
-        self.select(|x| x[1] == 0.0)
+        self.select(|x| x[1] <= self.margin())
     }
 
     /// Nodes on the lateral surface.
     pub fn side(&self) -> impl Iterator<Item = u32> + '_ {
-        self.select(|x| x[0] == self.extent[0])
+        self.select(|x| x[0] >= self.extent[0] - self.margin())
     }
 
     /// Nodes under the punch, its edge included.
     pub fn punch(&self) -> impl Iterator<Item = u32> + '_ {
-        self.select(|x| x[1] == self.extent[1] && x[0] <= self.punch_radius)
+        self.select(|x| self.on_top(x) && x[0] <= self.punch_radius + self.margin())
     }
 
     /// Nodes on the free part of the top, the punch's edge included.
     pub fn free_top(&self) -> impl Iterator<Item = u32> + '_ {
-        self.select(|x| x[1] == self.extent[1] && x[0] >= self.punch_radius)
+        self.select(|x| self.on_top(x) && x[0] >= self.punch_radius - self.margin())
     }
 
-    /// Elements under the punch.
-    pub fn punch_elements(&self) -> impl Iterator<Item = usize> + '_ {
-        let (top, edge) = (self.extent[1], self.punch_radius);
-        self.elements.iter().enumerate().filter_map(move |(i, e)| {
-            let at_top = (e.origin[1] + e.size[1] - top).abs() < 1e-9 * top;
-            (at_top && e.origin[0] + 0.5 * e.size[0] < edge).then_some(i)
-        })
+    /// Element sides under the punch.
+    pub fn punch_faces(&self) -> Vec<Face> {
+        const CORNER_COORDINATES: [[f64; 2]; CORNERS] = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]];
+        let mut faces = Vec::new();
+        for (element, e) in self.elements.iter().enumerate() {
+            for (a, b) in [(0, 1), (1, 3), (3, 2), (2, 0)] {
+                let (a, b) = if e.corners[a][0] <= e.corners[b][0] { (a, b) } else { (b, a) };
+                let (x, y) = (e.corners[a], e.corners[b]);
+                let covered = y[0] <= self.punch_radius + self.margin();
+                if self.on_top(&x) && self.on_top(&y) && covered && y[0] - x[0] > self.margin() {
+                    faces.push(Face { element, start: CORNER_COORDINATES[a], end: CORNER_COORDINATES[b] });
+                }
+            }
+        }
+        faces
+    }
+
+    fn margin(&self) -> f64 {
+        1e-9 * self.extent[1].min(self.extent[0])
+    }
+
+    fn on_top(&self, x: &[f64; 2]) -> bool {
+        x[1] >= self.extent[1] - self.margin()
     }
 
     fn select<'a>(&'a self, keep: impl Fn(&[f64; 2]) -> bool + 'a) -> impl Iterator<Item = u32> + 'a {
@@ -171,37 +201,75 @@ impl Mesh {
     }
 }
 
-fn with_midpoints(lines: &[f64]) -> Vec<f64> {
-    let mut points = vec![lines[0]];
-    for pair in lines.windows(2) {
-        points.extend([0.5 * (pair[0] + pair[1]), pair[1]]);
-    }
-    points
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameters::MeshPreset;
 
-    #[test]
-    fn covers_the_sample_and_has_the_edge_as_a_grid_line() {
-        let geometry = GeometryParameters::default();
-        let mesh = Mesh::new(&geometry, &MeshParameters::default());
-        let area: f64 = mesh.elements.iter().map(|e| e.size[0] * e.size[1]).sum();
-        approx::assert_relative_eq!(area, 1e-4, max_relative = 1e-12);
-        let punch: Vec<u32> = mesh.punch().collect();
-        let edge = mesh.nodes[*punch.last().unwrap() as usize];
-        assert_eq!(edge, [geometry.punch_radius, geometry.sample_height]);
-        assert_eq!(mesh.free_top().next(), punch.last().copied());
+    fn meshes() -> Vec<(GeometryParameters, Mesh)> {
+        let wide = GeometryParameters { sample_radius: 20e-3, sample_height: 20e-3, ..Default::default() };
+        let tight = GeometryParameters { sample_radius: 2.4e-3, sample_height: 0.7e-3, ..Default::default() };
+        let mut all = Vec::new();
+        for geometry in [GeometryParameters::default(), wide, tight] {
+            for preset in [MeshPreset::Coarse, MeshPreset::Standard, MeshPreset::Fine] {
+                let mesh = Mesh::new(&geometry, &MeshParameters { preset, ..Default::default() });
+                all.push((geometry.clone(), mesh));
+            }
+        }
+        all
     }
 
     #[test]
-    fn every_unknown_belongs_to_an_element() {
-        let mesh = Mesh::new(&GeometryParameters::default(), &MeshParameters::default());
-        let mut seen = vec![false; mesh.unknowns()];
-        for e in &mesh.elements {
-            mesh.element_unknowns(e).iter().for_each(|&u| seen[u as usize] = true);
+    fn covers_the_sample_exactly_once() {
+        for (geometry, mesh) in meshes() {
+            let area: f64 = mesh.elements.iter().map(|e| blocks::area(&e.corners)).sum();
+            approx::assert_relative_eq!(
+                area,
+                geometry.sample_radius * geometry.sample_height,
+                max_relative = 1e-12
+            );
+            assert!(mesh.elements.iter().all(|e| blocks::area(&e.corners) > 0.0));
         }
-        assert!(seen.into_iter().all(|s| s));
+    }
+
+    #[test]
+    fn punch_faces_cover_the_punch() {
+        for (geometry, mesh) in meshes() {
+            let length: f64 = mesh
+                .punch_faces()
+                .iter()
+                .map(|f| {
+                    let corner = |x: [f64; 2]| {
+                        let k = usize::from(x[0] > 0.0) + 2 * usize::from(x[1] > 0.0);
+                        mesh.elements[f.element].corners[k][0]
+                    };
+                    corner(f.end) - corner(f.start)
+                })
+                .sum();
+            approx::assert_relative_eq!(length, geometry.punch_radius, max_relative = 1e-9);
+        }
+    }
+
+    /// Conforming: an inner side is shared by two elements, its middle node included.
+    #[test]
+    fn sides_match() {
+        for (_, mesh) in meshes() {
+            let mut sides: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
+            for e in &mesh.elements {
+                for (a, m, b) in [(0, 1, 2), (2, 5, 8), (8, 7, 6), (6, 3, 0)] {
+                    let (a, m, b) = (e.nodes[a], e.nodes[m], e.nodes[b]);
+                    if a != b {
+                        sides.entry([a.min(b), a.max(b)]).or_default().push(m);
+                    }
+                }
+            }
+            for (ends, middles) in sides {
+                assert!(middles.len() <= 2 && middles.iter().all(|&m| m == middles[0]));
+                let [x, y] = ends.map(|n| mesh.nodes[n as usize]);
+                let boundary =
+                    (0..2).any(|d| x[d] == y[d] && (x[d] < 1e-12 || x[d] > mesh.extent[d] - 1e-12));
+                assert_eq!(middles.len(), if boundary { 1 } else { 2 }, "{x:?} {y:?}");
+            }
+        }
     }
 }

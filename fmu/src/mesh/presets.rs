@@ -1,19 +1,32 @@
 //! The mesh presets, chosen by the convergence study in the documentation.
 
-use super::grading::Grading;
 use crate::parameters::{MeshParameters, MeshPreset};
 
-/// Grading of the parameters: the preset's unless overridden.
-pub fn resolve(mesh: &MeshParameters, punch_radius: f64) -> Grading {
-    // In units of the punch radius.
-    let (first, growth, largest) = match mesh.preset {
-        MeshPreset::Coarse => (0.02, 2.5, 1.5),
-        MeshPreset::Standard => (0.002, 2.5, 1.25),
-        MeshPreset::Fine => (0.0005, 2.0, 1.0),
+/// How fine the mesh is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resolution {
+    /// Size of the innermost ring [m].
+    pub edge_size: f64,
+    /// Ratio of neighbouring rings.
+    pub growth: f64,
+    /// Elements of a ring along its inner side; twice as many along its bottom.
+    pub divisions: usize,
+    /// Ratio of neighbouring elements away from the rings.
+    pub outer_growth: f64,
+}
+
+/// Resolution of the parameters: the preset's unless overridden.
+pub fn resolve(mesh: &MeshParameters, punch_radius: f64) -> Resolution {
+    // Edge size in units of the punch radius.
+    let (edge, growth, divisions, outer_growth) = match mesh.preset {
+        MeshPreset::Coarse => (0.03, 2.5, 2, 2.0),
+        MeshPreset::Standard => (0.003, 2.0, 3, 1.7),
+        MeshPreset::Fine => (0.001, 1.6, 4, 1.4),
     };
-    Grading {
-        first: if mesh.edge_size > 0.0 { mesh.edge_size } else { first * punch_radius },
+    Resolution {
+        edge_size: if mesh.edge_size > 0.0 { mesh.edge_size } else { edge * punch_radius },
         growth: if mesh.growth > 0.0 { mesh.growth } else { growth },
-        largest: largest * punch_radius,
+        divisions: if mesh.divisions > 0 { mesh.divisions as usize } else { divisions },
+        outer_growth,
     }
 }

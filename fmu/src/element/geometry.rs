@@ -1,0 +1,134 @@
+//! Reference geometry at a point of an element, computed once per mesh.
+
+use super::shape::{GAUSS_POINTS, POINTS, Shape};
+use crate::mesh::{CORNERS, Element, Face, Mesh, NODES};
+use std::f64::consts::TAU;
+
+/// What the kernel needs to know of the reference configuration at one point.
+#[derive(Debug, Clone, Copy)]
+pub struct PointGeometry {
+    /// Displacement functions.
+    pub n: [f64; NODES],
+    /// Their gradients with respect to (R, Z) [1/m].
+    pub gradient: [[f64; 2]; NODES],
+    /// Pressure functions.
+    pub p: [f64; CORNERS],
+    /// Their gradients [1/m].
+    pub pressure_gradient: [[f64; 2]; CORNERS],
+    /// R [m].
+    pub radius: f64,
+    /// `2 pi R dA` [m^3], or `2 pi R dL` [m^2] on a face.
+    pub measure: f64,
+}
+
+impl PointGeometry {
+    /// Geometry at a point of the reference square, and the Jacobian matrix of the map `d(R, Z) / d(xi, eta)`.
+    fn at(element: &Element, shape: &Shape) -> (Self, [[f64; 2]; 2]) {
+        // Straight sides: the corners alone map the reference square.
+        let (mut x, mut jacobian) = ([0.0; 2], [[0.0; 2]; 2]);
+        for (m, corner) in element.corners.iter().enumerate() {
+            for d in 0..2 {
+                x[d] += shape.p[m] * corner[d];
+                for e in 0..2 {
+                    jacobian[d][e] += shape.dp[m][e] * corner[d];
+                }
+            }
+        }
+        let determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0];
+        let pull = |g: [f64; 2]| {
+            [
+                (g[0] * jacobian[1][1] - g[1] * jacobian[1][0]) / determinant,
+                (g[1] * jacobian[0][0] - g[0] * jacobian[0][1]) / determinant,
+            ]
+        };
+        let geometry = Self {
+            n: shape.n,
+            gradient: shape.dn.map(pull),
+            p: shape.p,
+            pressure_gradient: shape.dp.map(pull),
+            radius: x[0],
+            measure: TAU * x[0] * shape.weight * determinant,
+        };
+        (geometry, jacobian)
+    }
+}
+
+/// A quadrature point on the punch's face.
+#[derive(Debug, Clone, Copy)]
+pub struct FacePoint {
+    /// Element.
+    pub element: usize,
+    /// Place in the reference square.
+    pub xi: [f64; 2],
+    /// Geometry with the face's measure.
+    pub geometry: PointGeometry,
+}
+
+/// Geometry of all quadrature points of a mesh.
+#[derive(Debug, Clone)]
+pub struct Geometry {
+    /// Gauss points, element by element.
+    pub volume: Vec<[PointGeometry; POINTS]>,
+    /// Quadrature points of the punch's face.
+    pub face: Vec<FacePoint>,
+}
+
+impl Geometry {
+    /// Evaluates the geometry of a mesh.
+    pub fn new(mesh: &Mesh) -> Self {
+        let at = |e: &Element, s: &Shape| PointGeometry::at(e, s).0;
+        let volume = mesh.elements.iter().map(|e| std::array::from_fn(|k| at(e, &GAUSS_POINTS[k]))).collect();
+        let face = mesh.punch_faces().iter().flat_map(|f| face_points(mesh, f)).collect();
+        Self { volume, face }
+    }
+}
+
+fn face_points(mesh: &Mesh, face: &Face) -> [FacePoint; 3] {
+    super::shape::RULE.map(|(s, weight)| {
+        let xi = std::array::from_fn(|d| 0.5 * ((1.0 - s) * face.start[d] + (1.0 + s) * face.end[d]));
+        let (mut geometry, jacobian) = PointGeometry::at(&mesh.elements[face.element], &Shape::at(xi, 1.0));
+        let along: [f64; 2] = std::array::from_fn(|d| 0.5 * (face.end[d] - face.start[d]));
+        let tangent: [f64; 2] =
+            std::array::from_fn(|d| jacobian[d][0] * along[0] + jacobian[d][1] * along[1]);
+        geometry.measure = TAU * geometry.radius * weight * tangent[0].hypot(tangent[1]);
+        FacePoint { element: face.element, xi, geometry }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::{GeometryParameters, MeshParameters};
+    use std::f64::consts::PI;
+
+    #[test]
+    fn volume_and_punch_area_are_exact() {
+        let g = GeometryParameters::default();
+        let geometry = Geometry::new(&Mesh::new(&g, &MeshParameters::default()));
+        let volume: f64 = geometry.volume.iter().flatten().map(|p| p.measure).sum();
+        approx::assert_relative_eq!(
+            volume,
+            PI * g.sample_radius.powi(2) * g.sample_height,
+            max_relative = 1e-12
+        );
+        let area: f64 = geometry.face.iter().map(|p| p.geometry.measure).sum();
+        approx::assert_relative_eq!(area, PI * g.punch_radius.powi(2), max_relative = 1e-9);
+    }
+
+    #[test]
+    fn gradients_reproduce_linear_fields() {
+        let mesh = Mesh::new(&GeometryParameters::default(), &MeshParameters::default());
+        let geometry = Geometry::new(&mesh);
+        for (element, points) in mesh.elements.iter().zip(&geometry.volume) {
+            for point in points {
+                let mut slope = [0.0; 2];
+                for (node, g) in element.nodes.iter().zip(&point.gradient) {
+                    let x = mesh.nodes[*node as usize];
+                    (0..2).for_each(|d| slope[d] += (3.0 * x[0] - 2.0 * x[1]) * g[d]);
+                }
+                approx::assert_relative_eq!(slope[0], 3.0, epsilon = 1e-8);
+                approx::assert_relative_eq!(slope[1], -2.0, epsilon = 1e-8);
+            }
+        }
+    }
+}

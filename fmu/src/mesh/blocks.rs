@@ -1,0 +1,79 @@
+//! Quadrilaterals of the parts of the mesh.
+
+use super::grading::layers;
+use super::presets::Resolution;
+use crate::parameters::GeometryParameters;
+
+/// Corners (R, Z): lower left, lower right, upper left, upper right of the reference square.
+pub type Quad = [[f64; 2]; 4];
+
+/// Rectangles between grid lines.
+pub fn tensor(radii: &[f64], heights: &[f64]) -> Vec<Quad> {
+    let mut quads = Vec::new();
+    for z in heights.windows(2) {
+        for r in radii.windows(2) {
+            quads.push([[r[0], z[0]], [r[1], z[0]], [r[0], z[1]], [r[1], z[1]]]);
+        }
+    }
+    quads
+}
+
+/// Square rings around the punch's edge, and a rectangular grid around them.
+pub fn indentation(geometry: &GeometryParameters, resolution: &Resolution) -> Vec<Quad> {
+    let (a, b, h) = (geometry.punch_radius, geometry.sample_radius, geometry.sample_height);
+    let n = resolution.divisions;
+    // Half-width of the largest ring: it must leave room on all sides.
+    let half = (0.5 * a).min(0.5 * (b - a)).min(0.5 * h);
+    let cell = half / n as f64;
+    let line = |k: usize| a - half + k as f64 * cell;
+
+    let inner = (((a - half) / (1.5 * cell)).ceil() as usize).max(1);
+    let mut radii: Vec<f64> = (0..inner).map(|k| (a - half) * k as f64 / inner as f64).collect();
+    radii.extend((0..2 * n).map(line));
+    radii.push(a + half);
+    radii.extend(layers(b - a - half, cell, resolution.outer_growth, a).into_iter().map(|x| a + half + x));
+    let mut heights: Vec<f64> =
+        layers(h - half, cell, resolution.outer_growth, a).into_iter().map(|x| h - half - x).rev().collect();
+    heights[0] = 0.0;
+    heights.extend((0..n).map(|k| h - half + k as f64 * cell));
+    heights.push(h);
+
+    let inside_rings = |quad: &Quad| {
+        let (r, z) = (0.5 * (quad[0][0] + quad[3][0]), 0.5 * (quad[0][1] + quad[3][1]));
+        (r - a).abs() < half && z > h - half
+    };
+    let mut quads = tensor(&radii, &heights);
+    quads.retain(|quad| !inside_rings(quad));
+    quads.extend(rings([a, h], half, resolution));
+    quads
+}
+
+/// Rings between half-squares around `edge`, the innermost collapsed to it.
+fn rings(edge: [f64; 2], half: f64, resolution: &Resolution) -> Vec<Quad> {
+    let n = resolution.divisions;
+    // Directions of the perimeter's nodes: down the inner side, along the bottom, up the outer side.
+    let at = |k: usize| -1.0 + k as f64 / n as f64;
+    let perimeter: Vec<[f64; 2]> = (0..n)
+        .map(|k| [-1.0, -(k as f64) / n as f64])
+        .chain((0..2 * n).map(|k| [at(k), -1.0]))
+        .chain((0..=n).map(|k| [1.0, at(k)]))
+        .collect();
+    let mut sizes = vec![0.0];
+    sizes.extend(layers(half, resolution.edge_size, resolution.growth, half));
+    let point = |size: f64, d: [f64; 2]| [edge[0] + size * d[0], edge[1] + size * d[1]];
+    let mut quads = Vec::new();
+    for s in sizes.windows(2) {
+        for d in perimeter.windows(2) {
+            // Seen from the edge, the perimeter runs counter-clockwise.
+            quads.push([point(s[0], d[0]), point(s[1], d[0]), point(s[0], d[1]), point(s[1], d[1])]);
+        }
+    }
+    quads
+}
+
+/// Signed area of a quadrilateral.
+#[cfg(test)]
+pub fn area(q: &Quad) -> f64 {
+    let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+    0.5 * (cross(q[0], q[1]) + cross(q[1], q[3]) + cross(q[3], q[2]) + cross(q[2], q[0]))
+}
