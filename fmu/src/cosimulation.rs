@@ -6,7 +6,7 @@ use crate::protocol::{Protocol, ProtocolError};
 use crate::variables::{
     Causality, ProtocolSource, Readings, Settings, Value, VariableError, by_name, by_reference,
 };
-use crate::{Instance, Model, Outputs, ParameterError, Snapshot, StepError};
+use crate::{Instance, Model, Outputs, ParameterError, Parameters, Snapshot, StepError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -53,7 +53,7 @@ pub enum SlaveError {
     BadState(&'static str),
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 struct Run {
     instance: Instance,
     start_time: f64,
@@ -62,7 +62,7 @@ struct Run {
 }
 
 /// One co-simulation slave.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct Slave {
     settings: Settings,
     derivative: Option<f64>,
@@ -159,23 +159,20 @@ impl Slave {
     /// # Errors
     /// When the parameters are not admissible or the punch would start inside the sample.
     pub fn initialise(&mut self, start_time: f64) -> Result<(), SlaveError> {
-        self.start(start_time, self.start_displacement())
-    }
-
-    fn start(&mut self, start_time: f64, displacement: f64) -> Result<(), SlaveError> {
-        let parameters = self.settings.parameters();
-        let model = match &self.model {
-            Some(model) if *model.parameters() == parameters => model.clone(),
-            _ => Model::new(parameters)?,
-        };
-        let protocol = match self.settings.source {
-            ProtocolSource::Inputs => None,
-            ProtocolSource::Trapezoid => Some(self.settings.trapezoid.protocol()?),
-        };
-        let instance = Instance::new(&model, displacement)?;
+        let model = self.model(self.settings.parameters())?;
+        let instance = Instance::new(&model, self.start_displacement())?;
+        let protocol = protocol(&self.settings)?;
         self.model = Some(model);
         self.run = Some(Run { instance, start_time, time: start_time, protocol });
         Ok(())
+    }
+
+    /// The last model where it fits, otherwise a new one.
+    fn model(&self, parameters: Parameters) -> Result<Model, ParameterError> {
+        match &self.model {
+            Some(model) if *model.parameters() == parameters => Ok(model.clone()),
+            _ => Model::new(parameters),
+        }
     }
 
     fn start_displacement(&self) -> f64 {
@@ -249,20 +246,41 @@ impl Slave {
     /// Returns to a saved state, bit for bit.
     ///
     /// # Errors
-    /// When the state does not fit its own parameters.
+    /// When the state does not fit its own parameters; nothing has changed then.
     pub fn restore(&mut self, state: &SlaveState) -> Result<(), SlaveError> {
-        let mut restored =
-            Self { settings: state.settings.clone(), derivative: None, run: None, model: self.model.clone() };
-        if let Some(saved) = &state.run {
-            // The snapshot overwrites the punch's position: any admissible one will do.
-            restored.start(saved.start_time, 0.0)?;
-            let run = restored.run.as_mut().ok_or(SlaveError::NotInitialised)?;
-            run.instance.restore(&saved.snapshot)?;
-            run.time = saved.time;
+        match &state.run {
+            None => self.run = None,
+            Some(saved) => self.restore_run(&state.settings, saved)?,
         }
-        restored.derivative = state.derivative;
-        *self = restored;
+        self.settings = state.settings.clone();
+        self.derivative = state.derivative;
         Ok(())
+    }
+
+    fn restore_run(&mut self, settings: &Settings, saved: &RunState) -> Result<(), SlaveError> {
+        let (start_time, time, protocol) = (saved.start_time, saved.time, protocol(settings)?);
+        let parameters = settings.parameters();
+        let same = self.model.as_ref().is_some_and(|model| *model.parameters() == parameters);
+        if let Some(run) = self.run.as_mut().filter(|_| same) {
+            run.instance.restore(&saved.snapshot)?;
+            (run.start_time, run.time, run.protocol) = (start_time, time, protocol);
+            return Ok(());
+        }
+        let model = self.model(parameters)?;
+        // The snapshot overwrites the punch's position: any admissible one will do.
+        let mut instance = Instance::new(&model, 0.0)?;
+        instance.restore(&saved.snapshot)?;
+        self.model = Some(model);
+        self.run = Some(Run { instance, start_time, time, protocol });
+        Ok(())
+    }
+}
+
+/// The built-in protocol, where it is switched on.
+fn protocol(settings: &Settings) -> Result<Option<Protocol>, ProtocolError> {
+    match settings.source {
+        ProtocolSource::Inputs => Ok(None),
+        ProtocolSource::Trapezoid => settings.trapezoid.protocol().map(Some),
     }
 }
 

@@ -319,17 +319,27 @@ fn mesh() -> Vec<Variable> {
         ),
         real(
             "mesh.edge_size",
-            "Size of the element at the punch's edge; 0 takes the preset's",
+            "Size of the innermost ring of elements at the punch's edge; 0 takes the preset's",
             &METRE,
             (0.0, 1.0),
             field!(Real, padded.mesh.edge_size),
         ),
         real(
             "mesh.growth",
-            "Ratio of neighbouring element sizes; 0 takes the preset's",
+            "Ratio of neighbouring rings of elements; 0 takes the preset's",
             &ONE,
             (0.0, 10.0),
             field!(Real, padded.mesh.growth),
+        ),
+        variable(
+            "mesh.divisions",
+            "Elements along the inner side of every ring; 0 takes the preset's",
+            Kind::Integer { range: Some((0, 64)) },
+            // The range lets no negative number through.
+            Binding::Integer(
+                |s| s.padded.mesh.divisions.cast_signed(),
+                |s, v| s.padded.mesh.divisions = v.unsigned_abs(),
+            ),
         ),
     ]
 }
@@ -389,11 +399,11 @@ fn solver() -> Vec<Variable> {
             field!(Real, padded.solver.tolerance),
         ),
         real(
-            "solver.initial_step",
-            "First step after a change of the punch's velocity",
-            &SECOND,
-            (1e-9, 1e3),
-            field!(Real, padded.solver.initial_step),
+            "solver.initial_increment",
+            "Travel of the punch within the first step after a change of its velocity",
+            &METRE,
+            (1e-12, 1.0),
+            field!(Real, padded.solver.initial_increment),
         ),
         real("solver.max_step", "Largest step", &SECOND, (1e-9, 1e6), field!(Real, padded.solver.max_step)),
         real(
