@@ -16,6 +16,7 @@ pub mod identification;
 pub mod objective;
 pub mod output;
 pub mod pool;
+pub mod report;
 pub mod score;
 pub mod setting;
 pub mod units;

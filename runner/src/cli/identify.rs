@@ -2,11 +2,14 @@
 
 use super::engine_args::{EngineArguments, show_notes};
 use super::progress::Progress;
+use super::report::write_views;
 use super::{CliResult, Ending};
 use crate::data::{Wanted, read};
 use crate::engine::Engine;
-use crate::identification::{FitSettings, Identification, Settings, Source, curves, identify};
+use crate::identification::report::{Context, report};
+use crate::identification::{FitSettings, Settings, Source, identify};
 use crate::objective::{Dataset, ParameterMap, Weights};
+use crate::report::Setting;
 use crate::setting::settings_from;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -66,8 +69,20 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let found = identify(&engine, &fitted, &parameters, &options, &mut observe);
     progress.finish();
     let found = found?;
-    let datasets = Datasets { fitted: &fitted, validation: &validation };
-    report(arguments, &engine, &settings, &parameters, &datasets, &found, started.elapsed().as_secs_f64())?;
+    let context = Context {
+        engine: &engine,
+        parameters: &parameters,
+        fitted: &fitted,
+        validation: &validation,
+        command: std::env::args().collect::<Vec<_>>().join(" "),
+        settings: kept_settings(&settings),
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    let (report, missing) = report(&context, &found)?;
+    write_views(&report, &arguments.out)?;
+    for reason in missing {
+        eprintln!("warning: {reason}");
+    }
     if let Some(trouble) = engine.cache().trouble() {
         eprintln!("warning: runs could not be kept in the cache ({trouble}); results are complete, but --resume would repeat them");
     }
@@ -76,12 +91,6 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
 
 /// Outputs wanted beside the force.
 const RECORDED: [&str; 2] = ["force_solid", "force_fluid"];
-
-/// All measurements, prepared.
-struct Datasets<'a> {
-    fitted: &'a [Dataset],
-    validation: &'a [Dataset],
-}
 
 /// New settings, or those that the work began with.
 fn settings(arguments: &Arguments) -> Result<Settings, Box<dyn std::error::Error>> {
@@ -137,24 +146,15 @@ fn check_points(datasets: &[Dataset], parameters: &ParameterMap) -> Result<(), S
     Err(format!("{points} points cannot determine {free} parameters: fix some with --fix, or measure more points"))
 }
 
-fn report(
-    arguments: &Arguments,
-    engine: &Engine,
-    _settings: &Settings,
-    _parameters: &ParameterMap,
-    datasets: &Datasets,
-    found: &Identification,
-    seconds: f64,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let s = engine.cache().statistics();
-    println!("{} chi2 {} reduced {}", found.search.best.stop, found.search.best.chi_square, found.statistics.reduced_chi_square);
-    for e in &found.statistics.estimates {
-        println!("{} {} [{} {}] {:?}", e.parameter.symbol, e.value, e.interval.lower, e.interval.upper, e.determination);
-    }
-    println!("{s:?} load {:?} seconds {seconds} iterations {}", found.load.mean(), found.search.best.iteration_count());
-    for (d, c) in datasets.validation.iter().zip(curves(engine, datasets.validation, &found.values)) {
-        println!("{:?}", crate::score::Score::of(d, &*c?));
-    }
-    let _ = (arguments, datasets.fitted);
-    Ok(())
+/// What a reader of the report needs to repeat the fit.
+fn kept_settings(settings: &Settings) -> Vec<Setting> {
+    let fit = &settings.fit;
+    let mut kept = vec![
+        ("starts", fit.starts.to_string()),
+        ("seed", fit.seed.to_string()),
+        ("finite-difference step", fit.fd_step.to_string()),
+    ];
+    kept.extend(settings.engine.settings().into_iter().map(|s| ("set", s)));
+    kept.extend(fit.weight.iter().map(|w| ("weight", w.clone())));
+    kept.into_iter().map(|(name, value)| Setting { name: name.to_owned(), value }).collect()
 }

@@ -3,8 +3,10 @@
 mod batch;
 pub mod engine_args;
 mod identify;
+mod plots;
 mod progress;
 mod protocols;
+mod report;
 mod simulate;
 mod validate;
 
@@ -43,6 +45,8 @@ enum Command {
     Validate(validate::Arguments),
     /// Run many parameter sets in parallel.
     Batch(batch::Arguments),
+    /// Render the HTML page of an earlier identification again.
+    Report(report::Arguments),
 }
 
 /// Runs the command line; what the program's `main` returns.
@@ -64,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Identify(arguments) => identify::run(arguments, &stop),
         Command::Validate(arguments) => validate::run(arguments, &stop),
         Command::Batch(arguments) => batch::run(arguments, &stop),
+        Command::Report(arguments) => report::run(arguments),
     };
     match result {
         Ok(Ending::Complete) => ExitCode::SUCCESS,

@@ -1,6 +1,7 @@
 //! `runner simulate`: motion in, force curve out.
 
 use super::engine_args::EngineArguments;
+use super::plots::force_plot;
 use super::protocols::motion;
 use super::{CliResult, Ending};
 use crate::output::{curve_csv, write_file};
@@ -54,6 +55,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let settings = arguments.engine.settings().join(" ");
     let comment = format!("{} simulated by {} {}", motion.name, engine.model_name(), settings);
     write_file(&csv, curve_csv(&curve, &[comment.trim().to_owned()]).as_bytes())?;
+    write_file(&svg, force_plot(&motion.name, &curve).as_bytes())?;
     let forces = curve.time_s.iter().zip(curve.force_n());
     if let Some((time, peak)) = forces.max_by(|a, b| a.1.total_cmp(b.1)) {
         println!("peak force {:.3} mN at {time:.3} s", peak * 1e3);

@@ -74,7 +74,7 @@ pub fn read_str(text: &str, file: &Path, wanted: Wanted) -> Result<Measurement, 
             let problem = Problem::FieldCount { found: record.len(), expected: columns.len() };
             return Err(fail(line, None, problem));
         }
-        let mut row = Row { line, ..Row::default() };
+        let mut row = Row::default();
         for (field, column) in record.iter().zip(&columns) {
             row.take(field, column).map_err(|p| fail(line, Some(&column.name), p))?;
         }
@@ -97,7 +97,6 @@ pub fn read_str(text: &str, file: &Path, wanted: Wanted) -> Result<Measurement, 
 /// One row in SI units.
 #[derive(Debug, Default)]
 struct Row {
-    line: Option<u64>,
     time: f64,
     displacement: f64,
     force: Option<f64>,

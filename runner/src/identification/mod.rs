@@ -4,6 +4,7 @@
 //! Settings -> Datasets + ParameterMap -> Objective -> multi-start trust region -> Identification -> FitReport
 //! ```
 
+pub mod report;
 pub mod settings;
 
 pub use settings::{FitSettings, Settings, SettingsError, Source};
@@ -11,7 +12,7 @@ pub use settings::{FitSettings, Settings, SettingsError, Source};
 use crate::engine::Engine;
 use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{
-    CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options, Statistics,
+    CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options,
 };
 use crate::objective::{Dataset, JacobianLoad, Objective, ParameterMap};
 use crate::pool::{ForceCurve, Priority, Run};
@@ -37,8 +38,6 @@ pub struct FitOptions {
 pub struct Identification {
     /// Best solution and the fate of each start.
     pub search: MultiStart,
-    /// What the values are worth.
-    pub statistics: Statistics,
     /// Values of all parameters that were set, at the solution [FMU's units].
     pub values: BTreeMap<String, f64>,
     /// How busy the pool was while Jacobians were formed.
@@ -56,7 +55,7 @@ const JACOBIAN_ACCURACY: f64 = 1e-4;
 /// fit at its best point.
 ///
 /// # Errors
-/// When no start can be evaluated, or there are too few points.
+/// When no start can be evaluated.
 pub fn identify(
     engine: &Engine,
     datasets: &[Dataset],
@@ -73,10 +72,9 @@ pub fn identify(
     };
     let (start, bounds) = (parameters.start(), parameters.optimiser_bounds());
     let search = minimise_from_many(&mut objective, start, bounds, &trust, &many, &mut watch)?;
-    let statistics = Statistics::new(parameters.free(), &search.best, &noise_of(datasets))?;
     let values = parameters.settings(&search.best.x);
     let (load, failed_points) = (objective.load(), objective.failed());
-    Ok(Identification { search, statistics, values, load, failed_points })
+    Ok(Identification { search, values, load, failed_points })
 }
 
 /// What is known about the noise in the residuals of all datasets.

@@ -1,5 +1,6 @@
-//! How many runs were under way, on average.
+//! How many runs were under way, on average, and how many were cancelled.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -7,6 +8,7 @@ use std::time::Instant;
 #[derive(Debug)]
 pub struct Load {
     state: Mutex<State>,
+    cancelled: AtomicU64,
 }
 
 #[derive(Debug)]
@@ -22,7 +24,7 @@ pub struct Running<'a>(&'a Load);
 
 impl Default for Load {
     fn default() -> Self {
-        Self { state: Mutex::new(State { running: 0, run_seconds: 0.0, since: Instant::now() }) }
+        Self { state: Mutex::new(State { running: 0, run_seconds: 0.0, since: Instant::now() }), cancelled: AtomicU64::new(0) }
     }
 }
 
@@ -31,6 +33,16 @@ impl Load {
     pub fn begin(&self) -> Running<'_> {
         self.change(|running| running + 1);
         Running(self)
+    }
+
+    /// Counts a run that nobody wanted any more.
+    pub fn cancel(&self) {
+        self.cancelled.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Number of runs that nobody wanted any more.
+    pub fn cancelled(&self) -> u64 {
+        self.cancelled.load(Ordering::Relaxed)
     }
 
     /// Time integral of the number of runs under way since the start [s].

@@ -77,6 +77,11 @@ impl Pool {
         run
     }
 
+    /// Number of runs that were cancelled, before or after they began.
+    pub fn cancelled(&self) -> u64 {
+        self.load.cancelled()
+    }
+
     /// Time integral of the number of runs under way since the start [s].
     pub fn run_seconds(&self) -> f64 {
         self.load.run_seconds()
@@ -110,11 +115,15 @@ fn work(
         let Ok(Task { job, promise }) = next else { return };
         let cancelled = || stops.iter().any(|s| s.load(Ordering::Relaxed)) || promise.0.is_unwanted();
         if cancelled() {
+            load.cancel();
             continue;
         }
         let _running = load.begin();
         let result = catch_unwind(AssertUnwindSafe(|| simulator.run(&job, &cancelled)));
         let died = || Err(RunFailure::Engine("the run ended in a panic (a bug in the runner)".into()));
+        if matches!(result, Ok(Err(RunFailure::Cancelled))) {
+            load.cancel();
+        }
         promise.0.complete(result.unwrap_or_else(|_| died()).map(Arc::new));
     }
 }
