@@ -12,8 +12,9 @@ fn parameter(name: &str, symbol: &str, value: f64, bounds: [f64; 2]) -> FitParam
 }
 
 /// Residuals of a generalised Maxwell response in units of 0.01, at exact values: the force
-/// `F = G_inf + sum G_i exp(-t / tau_i)` sees mu and alpha only as mu alpha / 2, and K0 not at all.
-fn maxwell() -> (Vec<FitParameter>, Solution) {
+/// `F = G_inf + sum G_i exp(-t / tau_i)` sees mu and alpha only as mu alpha / 2, and K0 not at all, but for a
+/// faint trace.
+fn maxwell(trace: f64) -> (Vec<FitParameter>, Solution) {
     let parameters = vec![
         parameter("material.equilibrium.mu", "mu_inf", -217.0, [-1e3, -1.0]),
         parameter("material.equilibrium.alpha", "alpha_inf", -2.0, [-30.0, -1.0]),
@@ -31,7 +32,7 @@ fn maxwell() -> (Vec<FitParameter>, Solution) {
         DVector::from_fn(200, |i, _| {
             let t = 0.05 * i as f64;
             // A faint trace of alpha_1 and K0, far below the noise.
-            (g_inf + g_1 * (-t / tau).exp()) / scale + 1e-5 * (x[3] * t).sin() + 1e-4 * x[5] * t.cos()
+            (g_inf + g_1 * (-t / tau).exp()) / scale + trace * ((x[3] * t).sin() + 10.0 * x[5] * t.cos())
         })
     };
     let mut jacobian = DMatrix::zeros(200, 6);
@@ -59,8 +60,8 @@ fn maxwell() -> (Vec<FitParameter>, Solution) {
     (parameters, solution)
 }
 
-fn analyse() -> (Statistics, Vec<DerivedEstimate>, Identifiability) {
-    let (parameters, solution) = maxwell();
+fn analyse(trace: f64) -> (Statistics, Vec<DerivedEstimate>, Identifiability) {
+    let (parameters, solution) = maxwell(trace);
     let noise = Noise { known: true, ..Noise::default() };
     let statistics = Statistics::new(&parameters, &solution, &noise).unwrap();
     let complete = |v: &mut Values| v.set("material.fluid_viscosity", 0.89e-3);
@@ -72,7 +73,7 @@ fn analyse() -> (Statistics, Vec<DerivedEstimate>, Identifiability) {
 
 #[test]
 fn products_and_invisible_parameters_are_named() {
-    let (statistics, _, analysis) = analyse();
+    let (statistics, _, analysis) = analyse(1e-5);
     assert_eq!(analysis.findings.len(), 3, "{:#?}", analysis.findings);
     let of = |name: &str| analysis.findings.iter().find(|f| f.parameters.iter().any(|p| p == name)).unwrap();
     let equilibrium = of("material.equilibrium.mu");
@@ -100,8 +101,8 @@ fn products_and_invisible_parameters_are_named() {
 /// The modulus's interval by the delta method equals that of a fit whose parameter is the modulus itself.
 #[test]
 fn delta_method_equals_the_direct_parameterisation() {
-    let (parameters, mut solution) = maxwell();
-    let (_, derived, _) = analyse();
+    let (parameters, mut solution) = maxwell(0.0);
+    let (_, derived, _) = analyse(0.0);
     // d/d ln G_1 at fixed eta: the column of mu_1 (alpha_1's is the same); drop the others that are redundant.
     let keep = [0, 2, 4];
     solution.jacobian = solution.jacobian.select_columns(&keep);
@@ -113,8 +114,8 @@ fn delta_method_equals_the_direct_parameterisation() {
         let delta = derived.iter().find(|d| d.name == name).unwrap();
         let expected = direct.estimates[index].half_width;
         let error = (delta.half_width / expected - 1.0).abs();
-        // The faint traces are free directions of their own in the full fit: a little wider.
-        assert!(error < 1.5e-2, "{name}: {} against {expected}", delta.half_width);
+        // Only the t quantiles differ (194 and 197 degrees of freedom).
+        assert!(error < 5e-4, "{name}: {} against {expected}", delta.half_width);
     }
 }
 
