@@ -31,7 +31,11 @@ pub fn motion(text: &str, points: usize) -> Result<Motion, Box<dyn std::error::E
         let time_s = output_times(&protocol, points).into();
         return Ok(Motion { name: text.to_owned(), protocol: Arc::new(protocol), time_s });
     }
-    let measurement = read(Path::new(text), Wanted::Motion)?;
+    let path = Path::new(text);
+    if !path.exists() {
+        return Err(format!("{text} is neither a protocol (P1, P2) nor a file").into());
+    }
+    let measurement = read(path, Wanted::Motion)?;
     show_notes(&measurement);
     let protocol = Arc::new(protocol_of(&measurement)?);
     Ok(Motion { name: measurement.name, protocol, time_s: measurement.time_s.into() })
