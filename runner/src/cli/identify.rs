@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let engine_arguments = EngineArguments { jobs: arguments.engine.jobs, ..settings.engine.clone() };
     let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
     let engine = engine_arguments.engine(&RECORDED.map(str::to_owned), Some(cache), stop)?;
-    let weights = settings.fit.weights()?;
+    let (weights, options) = (settings.fit.weights()?, settings.fit.options()?);
     let height = sample_height(&engine, &settings.engine)?;
     let fitted = datasets(&settings.measurements, &weights, height)?;
     let validation = datasets(&settings.validation, &weights, height)?;
@@ -55,7 +55,6 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     check_points(&fitted, &parameters)?;
     settings.save(&arguments.out)?;
 
-    let options = settings.fit.options()?;
     let progress = Progress::of_fit((options.max_evaluations * options.starts) as u64);
     let mut observe = |start: usize, record: &crate::fit::IterationRecord| {
         let done = start * options.max_evaluations + record.evaluations;
