@@ -55,7 +55,7 @@ pub(super) fn normalised_relaxation(report: &FitReport) -> String {
     let mut chart = Chart::new(
         "C  Relaxation, normalised",
         Axis::log("time since peak (s)"),
-        Axis::linear("force / peak force (-)"),
+        Axis::linear("force / peak force (-)").with_range(0.0, 1.08),
         HALF,
     );
     for (i, m) in report.measurements.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use super::figures;
 use super::fit_report::*;
-use super::plot::{heat_map, interval_bar, pretty};
+use super::plot::{exponent, heat_map, interval_bar, pretty};
 use crate::fit::statistics::{BoundSide, Determination};
 use crate::fit::wording::{significant, spread};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -297,7 +297,7 @@ fn runs_wall(report: &FitReport) -> f64 {
 fn set(value: f64, digits: usize) -> String {
     let text = significant(value, digits);
     match text.split_once('e') {
-        Some((mantissa, exponent)) => pretty(&format!("{mantissa} · 10^{exponent}")).replace("10^-", "10⁻"),
+        Some((mantissa, power)) => format!("{mantissa} · 10{}", exponent(power)),
         None => text,
     }
     .replace('-', "−")

@@ -48,7 +48,8 @@ pub fn heat_map(symbols: &[String], matrix: &[Vec<f64>]) -> String {
 /// `−1.000` where rounding to two digits would hide that it is not quite 1, two digits elsewhere.
 fn short(value: f64) -> String {
     let digits = if value.abs() > 0.985 { 3 } else { 2 };
-    format!("{value:.digits$}").replace('-', "−")
+    let text = format!("{value:.digits$}");
+    if text == "-0.00" { "0.00".to_owned() } else { text.replace('-', "−") }
 }
 
 /// White at 0, blue at -1, vermilion at 1.

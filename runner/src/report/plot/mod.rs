@@ -12,6 +12,7 @@ mod symbols;
 pub use chart::{Axis, Chart, Mark, Series};
 pub use grid::{heat_map, interval_bar};
 pub use scale::ScaleKind;
+pub(crate) use symbols::exponent;
 pub use symbols::pretty;
 
 /// Colours that stay apart in print and for colour-blind readers (Okabe and Ito).

@@ -1,5 +1,7 @@
 //! From data to paper: linear and logarithmic axes with round ticks.
 
+use super::symbols::exponent;
+
 /// Kind of axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ScaleKind {
@@ -54,7 +56,7 @@ impl Scale {
     fn linear_ticks(&self) -> Vec<(f64, Option<String>)> {
         let (low, high) = self.data;
         let length = (self.paper.1 - self.paper.0).abs();
-        let step = round_step((high - low) / (length / 70.0).clamp(3.0, 10.0));
+        let step = round_step((high - low) / (length / 50.0).clamp(4.0, 12.0));
         let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
         let first = (low / step - 1e-9).ceil() as i64;
         let last = (high / step + 1e-9).floor() as i64;
@@ -89,15 +91,8 @@ fn power_label(value: f64, decade: i32) -> String {
     if (-3..=4).contains(&decade) {
         return format!("{value:.*}", (-decade).max(0) as usize);
     }
-    let raised = |c: char| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        d => d.to_digit(10).and_then(|d| char::from_u32(0x2070 + d)).unwrap_or(d),
-    };
     let mantissa = (value / 10f64.powi(decade)).round();
-    let power: String = decade.to_string().chars().map(raised).collect();
+    let power = exponent(&decade.to_string());
     if mantissa == 1.0 { format!("10{power}") } else { format!("{mantissa}·10{power}") }
 }
 
@@ -119,7 +114,7 @@ mod tests {
     #[test]
     fn ticks_are_round_and_inside() {
         let scale = Scale::new(ScaleKind::Linear, (-0.3, 12.7), (400.0, 0.0));
-        assert_eq!(labels(&scale), ["0", "5", "10"]);
+        assert_eq!(labels(&scale), ["0", "2", "4", "6", "8", "10", "12"]);
         let scale = Scale::new(ScaleKind::Log, (0.01, 95.0), (0.0, 500.0));
         assert_eq!(labels(&scale), ["0.01", "0.1", "1", "10"]);
         let scale = Scale::new(ScaleKind::Log, (1e-6, 2e-5), (0.0, 300.0));

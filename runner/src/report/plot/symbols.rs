@@ -15,6 +15,9 @@ pub fn pretty(text: &str) -> String {
             }
         }
     }
+    for digit in '0'..='9' {
+        out = out.replace(&format!(" -{digit}"), &format!(" −{digit}"));
+    }
     out.replace("lambda*", "λ*").replace(" +- ", " ± ").replace(" x ", " × ")
 }
 
@@ -31,7 +34,7 @@ fn pretty_word(word: &str) -> String {
         Some((base, index)) if is_symbol(base) && index.chars().all(|c| c.is_ascii_digit()) => {
             format!("{}{}", greek(base), index.chars().map(subscript).collect::<String>())
         }
-        Some(("k", "f")) => "k_f".to_owned(),
+        Some(("k", "f")) => "kᶠ".to_owned(),
         Some(("mu", "FR")) => "μᶠᴿ".to_owned(),
         _ if matches!(word, "chi" | "sigma" | "rho") => greek(word),
         _ => word.to_owned(),
@@ -56,12 +59,18 @@ fn greek(name: &str) -> String {
     letter.to_owned()
 }
 
+/// An integer as an exponent: `-14` becomes ⁻¹⁴.
+pub(crate) fn exponent(value: &str) -> String {
+    value.chars().map(superscript).collect()
+}
+
 fn subscript(digit: char) -> char {
     digit.to_digit(10).and_then(|d| char::from_u32(0x2080 + d)).unwrap_or(digit)
 }
 
 fn superscript(c: char) -> char {
     match c {
+        '-' => '⁻',
         '1' => '¹',
         '2' => '²',
         '3' => '³',
@@ -81,6 +90,7 @@ mod tests {
             ("material_x of file_1", "material_x of file_1"),
             ("K0 rho g / mu_FR", "K₀ ρ g / μᶠᴿ"),
             ("lambda*", "λ*"),
+            ("mu_2 = -161 Pa (correlation -1.0000)", "μ₂ = −161 Pa (correlation −1.0000)"),
         ] {
             assert_eq!(pretty(plain), set);
         }
