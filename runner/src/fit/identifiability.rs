@@ -82,11 +82,12 @@ impl Identifiability {
             .map(|direction| describe(direction, &jacobian, parameters, statistics, derived))
             .collect();
         findings.sort_by(|a, b| b.half_width.total_cmp(&a.half_width));
+        let unnamed = |name: &str| !findings.iter().any(|f| f.parameters.iter().any(|p| p == name));
         Self {
+            determined: wording::determined(statistics, derived, unnamed),
             singular_values: svd.singular_values.as_slice().to_vec(),
             directions: v_t.row_iter().map(|r| r.iter().copied().collect()).collect(),
             findings,
-            determined: wording::determined(statistics, derived),
         }
     }
 

@@ -2,10 +2,11 @@
 //!
 //! With `J` the Jacobian in the optimiser's (log) variables at the solution and residuals in units of their
 //! standard deviation,
-//! `C = s^2 q (J^T J)^-1 + sum_k g_k g_k^T`, `g_k = J^+ v_k`:
+//! `C = (J^T J / (s^2 q) + B)^-1 + sum_k g_k g_k^T`, `g_k` the shift of the parameters by `v_k`:
 //! - `s^2`: 1 for known noise, but never less than the reduced chi^2 (a model that misses the data is not known
 //!   to the data's precision); the reduced chi^2 itself when the noise is unknown;
 //! - `q`: integrated autocorrelation time of the residuals in points, where neighbours are correlated;
+//! - `B`: what the bounds say, `12 / (upper - lower)^2` on the diagonal;
 //! - `v_k`: residual caused by one standard deviation of an error common to all points, such as the amplitude
 //!   of the specimens.
 
@@ -20,10 +21,6 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub const DETERMINED_HALF_WIDTH: f64 = 0.25;
 /// Beyond this (a factor of three either way) it counts as not determined at all.
 pub const UNDETERMINED_HALF_WIDTH: f64 = 1.1;
-
-/// Smallest singular value relative to the largest: small enough to mean "not determined", large enough that
-/// rounding in gradients does not leak into the combinations that are.
-const SINGULAR_FLOOR: f64 = 1e-8;
 
 /// An error that all points share, e.g. the amplitude of a sample of specimens.
 #[derive(Debug, Clone, PartialEq)]
@@ -149,11 +146,11 @@ impl Statistics {
         let correlation_time = correlation_time(&solution.residual, &noise.stretches);
         let scale = if noise.known { reduced.max(1.0) } else { reduced };
         let variance = scale * correlation_time;
-        let inverse = PseudoInverse::new(&solution.jacobian);
-        let random = inverse.root() * variance.sqrt();
+        let precision = Precision::new(&solution.jacobian, variance.sqrt(), parameters);
+        let random = precision.root();
         let mut root = random.clone().resize_horizontally(n + noise.common.len(), 0.0);
         for (k, common) in noise.common.iter().enumerate() {
-            root.set_column(n + k, &inverse.apply(&DVector::from_column_slice(&common.residual)));
+            root.set_column(n + k, &precision.shift(&DVector::from_column_slice(&common.residual)));
         }
         let t_quantile = student_quantile(degrees_of_freedom as f64 / correlation_time);
         let estimates = parameters
@@ -213,30 +210,40 @@ fn check_sizes(parameters: &[FitParameter], noise: &Noise, m: usize, n: usize) -
     Ok(())
 }
 
-/// SVD of the Jacobian; singular values are kept off zero so that what the data do not determine gets a huge
-/// variance instead of none.
-struct PseudoInverse {
+/// SVD of the Jacobian over the noise, with one row per parameter below it for what its bounds say: a uniform
+/// distribution over a range of width W has the variance W^2 / 12. Without it, the linearisation would let a
+/// parameter that the data do not feel run far beyond its bounds and take others with it.
+struct Precision {
     u: DMatrix<f64>,
     v_t: DMatrix<f64>,
     inverse: DVector<f64>,
+    noise: f64,
 }
 
-impl PseudoInverse {
-    fn new(jacobian: &DMatrix<f64>) -> Self {
-        let svd = jacobian.clone().svd(true, true);
+impl Precision {
+    fn new(jacobian: &DMatrix<f64>, noise: f64, parameters: &[FitParameter]) -> Self {
+        let (m, n) = jacobian.shape();
+        // A perfect fit of unknown noise would otherwise divide by zero.
+        let noise = noise.max(f64::MIN_POSITIVE.sqrt());
+        let mut stacked = (jacobian / noise).resize_vertically(m + n, 0.0);
+        for (j, p) in parameters.iter().enumerate() {
+            let (low, high) = p.internal_bounds();
+            stacked[(m + j, j)] = 12f64.sqrt() / (high - low);
+        }
+        let svd = stacked.svd(true, true);
         let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { unreachable!("both sides were asked for") };
-        let floor = (SINGULAR_FLOOR * svd.singular_values[0]).max(f64::MIN_POSITIVE.sqrt());
-        Self { u, v_t, inverse: svd.singular_values.map(|s| 1.0 / s.max(floor)) }
+        let u = u.rows(0, m).into_owned();
+        Self { u, v_t, inverse: svd.singular_values.map(|s| 1.0 / s), noise }
     }
 
-    /// `R` with `R R^T = (J^T J)^-1`.
+    /// `R` with `R R^T = C`.
     fn root(&self) -> DMatrix<f64> {
         self.v_t.transpose() * DMatrix::from_diagonal(&self.inverse)
     }
 
-    /// `J^+ v`.
-    fn apply(&self, v: &DVector<f64>) -> DVector<f64> {
-        self.v_t.tr_mul(&self.u.tr_mul(v).component_mul(&self.inverse))
+    /// Shift of the parameters by a common shift `v` of the residuals.
+    fn shift(&self, v: &DVector<f64>) -> DVector<f64> {
+        self.v_t.tr_mul(&self.u.tr_mul(v).component_mul(&self.inverse)) / self.noise
     }
 }
 

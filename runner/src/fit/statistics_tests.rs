@@ -6,7 +6,7 @@ use crate::fit::solution::StopReason;
 use approx::assert_relative_eq;
 
 fn linear(name: &str, value: f64) -> FitParameter {
-    FitParameter::new(name, name, Unit::new("", 1.0), value, [-100.0, 100.0]).unwrap()
+    FitParameter::new(name, name, Unit::new("", 1.0), value, [-1e6, 1e6]).unwrap()
 }
 
 fn positive(name: &str, value: f64, bounds: [f64; 2]) -> FitParameter {
@@ -35,7 +35,7 @@ fn straight_line_regression() {
     let t = [1.0, 2.0, 3.0, 4.0, 5.0];
     let y = [2.1, 3.9, 6.2, 7.8, 10.1];
     let parameters = [linear("intercept", 0.05), linear("slope", 1.99)];
-    let scale = 200.0;
+    let scale = 2e6;
     let jacobian = DMatrix::from_fn(5, 2, |i, j| scale * if j == 0 { 1.0 } else { t[i] });
     let residual: Vec<f64> = t.iter().zip(y).map(|(t, y)| 0.05 + 1.99 * t - y).collect();
     let s = solution(vec![0.05 / scale, 1.99 / scale], residual, jacobian);
@@ -63,12 +63,13 @@ fn known_noise_is_kept_unless_the_model_misses_the_data() {
     };
     // Var = 1 / (100 * 4): half-width t / 20; in the value, a factor.
     let small = with(0.3);
-    assert_relative_eq!(small.estimates[0].half_width, small.t_quantile / 20.0, max_relative = 1e-12);
+    let half_width = small.estimates[0].half_width;
+    assert_relative_eq!(half_width, small.t_quantile / 20.0, max_relative = 5e-4);
     let e = &small.estimates[0];
     assert_relative_eq!(e.interval.upper / e.value, e.value / e.interval.lower, max_relative = 1e-12);
     // Residuals three times the noise widen it by 3 sqrt(100 / 99).
     let ratio = with(3.0).estimates[0].half_width / small.estimates[0].half_width;
-    assert_relative_eq!(ratio, 3.0 * (100.0 / 99.0f64).sqrt(), max_relative = 1e-12);
+    assert_relative_eq!(ratio, 3.0 * (100.0 / 99.0f64).sqrt(), max_relative = 3e-3);
 }
 
 /// A force proportional to one modulus and a 12 % amplitude error over 10 specimens: ln G is uncertain by
@@ -86,7 +87,7 @@ fn common_amplitude_error_dominates() {
     let statistics = Statistics::new(&parameters, &s, &noise).unwrap();
     let white: f64 = 1.0 / force.iter().map(|f| f * f).sum::<f64>();
     let expected = statistics.t_quantile * (white + amplitude * amplitude).sqrt();
-    assert_relative_eq!(statistics.estimates[0].half_width, expected, max_relative = 1e-10);
+    assert_relative_eq!(statistics.estimates[0].half_width, expected, max_relative = 1e-5);
     assert!(statistics.estimates[0].common_share > 0.95);
 }
 
@@ -120,7 +121,7 @@ fn intervals_are_cut_at_bounds_and_say_so() {
 }
 
 #[test]
-fn an_invisible_parameter_gets_an_infinite_looking_interval() {
+fn an_invisible_parameter_is_known_by_its_bounds_alone() {
     let parameters = [positive("g", 10.0, [0.1, 1e3]), positive("k", 1.0, [1e-6, 1e6])];
     let jacobian = DMatrix::from_fn(50, 2, |_, j| if j == 0 { 1.0 } else { 0.0 });
     let s = solution(vec![10f64.ln(), 0.0], vec![0.1; 50], jacobian);
@@ -129,8 +130,24 @@ fn an_invisible_parameter_gets_an_infinite_looking_interval() {
     let k = &statistics.estimates[1];
     assert_eq!(k.determination, Determination::Undetermined);
     assert_eq!(k.open, [true, true]);
+    // Uniform over twelve decades.
+    let width = 12.0 * 10f64.ln();
+    assert_relative_eq!(k.half_width, statistics.t_quantile * width / 12f64.sqrt(), max_relative = 1e-9);
     assert_relative_eq!(k.interval.upper, 1e6, max_relative = 1e-9);
     assert_eq!(statistics.estimates[0].determination, Determination::Loose);
+}
+
+/// The data see g (1 + k / 1000) with k between 0.1 and 10: g is known to a percent although k is not, because
+/// the bounds of k leave no more room.
+#[test]
+fn bounds_keep_an_unfelt_parameter_from_spoiling_a_felt_one() {
+    let parameters = [positive("g", 10.0, [0.1, 1e3]), positive("k", 1.0, [0.1, 10.0])];
+    let jacobian = DMatrix::from_fn(50, 2, |_, j| 100.0 * if j == 0 { 1.0 } else { 1e-3 });
+    let s = solution(vec![10f64.ln(), 0.0], vec![0.1; 50], jacobian);
+    let noise = Noise { known: true, ..Noise::default() };
+    let statistics = Statistics::new(&parameters, &s, &noise).unwrap();
+    assert_eq!(statistics.estimates[1].determination, Determination::Undetermined);
+    assert!(statistics.estimates[0].half_width < 0.01, "{}", statistics.estimates[0].half_width);
 }
 
 #[test]

@@ -105,8 +105,12 @@ fn trade_off(finding: &Finding, symbols: &[&str], names: &str, known: Option<&De
     format!("{names} trade off against each other ({} changes almost nothing): {alone}", moves.join(", "))
 }
 
-/// What is known, e.g. `G_inf = 234 Pa to 3 %`: combinations first, then parameters.
-pub(super) fn determined(statistics: &Statistics, derived: &[DerivedEstimate]) -> Vec<String> {
+/// What is known, e.g. `G_inf = 234 Pa to 3 %`: combinations first, then the parameters that no finding names.
+pub(super) fn determined(
+    statistics: &Statistics,
+    derived: &[DerivedEstimate],
+    unnamed: impl Fn(&str) -> bool,
+) -> Vec<String> {
     let combinations = derived
         .iter()
         .filter(|d| d.determination == Determination::Determined)
@@ -115,6 +119,7 @@ pub(super) fn determined(statistics: &Statistics, derived: &[DerivedEstimate]) -
         .estimates
         .iter()
         .filter(|e| e.determination == Determination::Determined && e.at_bound.is_none())
+        .filter(|e| unnamed(&e.parameter.name))
         .map(|e| {
             let p = &e.parameter;
             known(&p.symbol, p.unit.from_si(e.value), &p.unit.name, e.half_width)
