@@ -4,7 +4,7 @@
 //! library in loops, and print nothing of ours. Every entry point runs inside [`guard::call`],
 //! which checks the state machine, catches panics and logs the reason of every error.
 
-mod abi;
+pub mod abi;
 mod component;
 mod entry_common;
 mod entry_cosimulation;

@@ -15,6 +15,7 @@ pub mod fmi;
 pub mod identification;
 pub mod objective;
 pub mod output;
+pub mod package;
 pub mod pool;
 pub mod report;
 pub mod score;

@@ -12,8 +12,8 @@ mod error;
 mod fmu;
 mod instance;
 
-pub use archive::PLATFORM;
+pub use archive::{PLATFORM, read_description};
 pub use description::{Capabilities, DefaultExperiment, ModelDescription, ScalarVariable, VariableKind};
 pub use error::FmiError;
-pub use fmu::Fmu;
+pub use fmu::{Fmu, builtin_library};
 pub use instance::{FmuInstance, FmuState};

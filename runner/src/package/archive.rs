@@ -1,0 +1,74 @@
+//! The archive, the same byte for byte whenever its contents are the same.
+
+use super::documentation::documentation;
+use crate::fmi::PLATFORM;
+use poropunch::model_description::{MODEL_IDENTIFIER, xml};
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+/// Why the archive could not be written.
+#[derive(Debug, Error)]
+pub enum PackageError {
+    /// A file that cannot be read or written.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// File.
+        path: PathBuf,
+        /// Reason.
+        source: std::io::Error,
+    },
+    /// The archive itself.
+    #[error("the archive cannot be formed: {0}")]
+    Zip(#[from] zip::result::ZipError),
+}
+
+const ICON: &[u8] = include_bytes!("../../../cdylib/resources/model.png");
+const LICENSE_MIT: &[u8] = include_bytes!("../../../LICENSE-MIT");
+const LICENSE_APACHE: &[u8] = include_bytes!("../../../LICENSE-APACHE");
+const LICENSE_NOTE: &[u8] = b"poropunch is licensed under MIT OR Apache-2.0, at your choice: \
+    see LICENSE-MIT.txt and LICENSE-APACHE.txt in this folder.\n";
+
+/// Writes `poropunch.fmu` with the binary `library` of this platform to `path`.
+///
+/// The file appears complete or not at all.
+///
+/// # Errors
+/// When the library cannot be read or the archive not be written.
+pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
+    let io = |path: &Path| {
+        let path = path.to_path_buf();
+        move |source| PackageError::Io { path, source }
+    };
+    let binary = std::fs::read(library).map_err(io(library))?;
+    let binary_name = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}{}", std::env::consts::DLL_SUFFIX);
+    let (description, documentation) = (xml(), documentation());
+    let entries: [(&str, &[u8]); 7] = [
+        ("modelDescription.xml", description.as_bytes()),
+        ("model.png", ICON),
+        (&binary_name, &binary),
+        ("documentation/index.html", documentation.as_bytes()),
+        ("documentation/licenses/license.txt", LICENSE_NOTE),
+        ("documentation/licenses/LICENSE-MIT.txt", LICENSE_MIT),
+        ("documentation/licenses/LICENSE-APACHE.txt", LICENSE_APACHE),
+    ];
+    // No clock and no user in the archive: equal contents give equal bytes.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default());
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, contents) in entries {
+        let mode = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
+        writer.start_file(name, options.unix_permissions(mode))?;
+        writer.write_all(contents).map_err(io(path))?;
+    }
+    let bytes = writer.finish()?.into_inner();
+
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(io(folder))?;
+    file.write_all(&bytes).map_err(io(path))?;
+    file.persist(path).map_err(|e| io(path)(e.error))?;
+    Ok(())
+}

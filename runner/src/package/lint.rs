@@ -1,0 +1,178 @@
+//! What the usual validators miss in an FMU.
+
+use crate::fmi::{FmiError, Fmu, ModelDescription, VariableKind, read_description};
+use roxmltree::{Document, Node};
+use std::collections::HashSet;
+use std::path::Path;
+
+/// Problems of an archive or unpacked FMU, description and binary together; empty when there are none.
+///
+/// # Errors
+/// When it cannot be loaded at all.
+pub fn lint(path: &Path) -> Result<Vec<String>, FmiError> {
+    let mut problems = lint_description(&read_description(path)?)?;
+    let fmu = Fmu::open(path)?;
+    problems.extend(lint_starts(&fmu)?);
+    Ok(problems)
+}
+
+/// Problems of a `modelDescription.xml` alone.
+///
+/// # Errors
+/// When it cannot be read at all.
+pub fn lint_description(xml: &str) -> Result<Vec<String>, FmiError> {
+    let description = ModelDescription::parse(xml)?;
+    let document = Document::parse(xml)
+        .map_err(|e| FmiError::BadDescription { line: e.pos().row, reason: e.to_string() })?;
+    let root = document.root_element();
+    let mut problems = Vec::new();
+    lint_variables(&description, &mut problems);
+    lint_structure(&description, root, &mut problems);
+    lint_units(&description, root, &mut problems);
+    let capabilities = description.capabilities;
+    if capabilities.serialize_state && !capabilities.get_and_set_state {
+        problems.push("canSerializeFMUstate without canGetAndSetFMUstate".to_owned());
+    }
+    let (name, guid) = (&description.model_identifier, &description.guid);
+    if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+        problems.push(format!("modelIdentifier `{name}` is not a C identifier"));
+    }
+    if guid.trim().is_empty() {
+        problems.push("the GUID is empty".to_owned());
+    }
+    let categories: Vec<_> = names(root, "LogCategories", "Category");
+    if categories.iter().collect::<HashSet<_>>().len() < categories.len() {
+        problems.push("a log category is declared twice".to_owned());
+    }
+    Ok(problems)
+}
+
+fn lint_variables(description: &ModelDescription, problems: &mut Vec<String>) {
+    let (mut names, mut references) = (HashSet::new(), HashSet::new());
+    for variable in &description.variables {
+        let name = &variable.name;
+        if !names.insert(name) {
+            problems.push(format!("{name}: the name is used twice"));
+        }
+        // Value references are counted per base type; aliases are not used here.
+        let integers = matches!(variable.kind, VariableKind::Integer | VariableKind::Enumeration);
+        let base = if integers { VariableKind::Integer } else { variable.kind };
+        if !references.insert((base as u8, variable.value_reference)) {
+            problems.push(format!("{name}: value reference {} is used twice", variable.value_reference));
+        }
+        if variable.description.trim().is_empty() {
+            problems.push(format!("{name}: no description"));
+        }
+        let needs_start = matches!(variable.causality.as_str(), "parameter" | "input");
+        match (&variable.start, variable.start_number()) {
+            (None, _) if needs_start => problems.push(format!("{name}: no start value")),
+            (Some(text), None) if variable.kind != VariableKind::String => {
+                problems.push(format!("{name}: start `{text}` is not a value"));
+            }
+            (Some(text), Some(start)) if !start.is_finite() => {
+                problems.push(format!("{name}: start `{text}` is not finite"));
+            }
+            (_, Some(start))
+                if variable.min.is_some_and(|min| start < min)
+                    || variable.max.is_some_and(|max| start > max) =>
+            {
+                problems.push(format!("{name}: start {start} is outside its own range"));
+            }
+            _ => {}
+        }
+        if let (Some(min), Some(max)) = (variable.min, variable.max)
+            && (min.is_nan() || max.is_nan() || min > max)
+        {
+            problems.push(format!("{name}: min {min} and max {max} are no range"));
+        }
+    }
+}
+
+fn lint_structure(description: &ModelDescription, root: Node, problems: &mut Vec<String>) {
+    let outputs: Vec<usize> = (1..)
+        .zip(&description.variables)
+        .filter(|(_, variable)| variable.causality == "output")
+        .map(|(index, _)| index)
+        .collect();
+    for section in ["Outputs", "InitialUnknowns"] {
+        let node = root.descendants().find(|node| node.has_tag_name(section));
+        let unknowns = node.into_iter().flat_map(|n| n.children().collect::<Vec<_>>());
+        let indices: Vec<usize> = unknowns.filter_map(|node| node.attribute("index")?.parse().ok()).collect();
+        if !indices.is_sorted() {
+            problems.push(format!("{section} are not in ascending order"));
+        }
+        let (found, expected): (HashSet<_>, HashSet<_>) =
+            (indices.iter().collect(), outputs.iter().collect());
+        if found.len() < indices.len() {
+            problems.push(format!("{section} name a variable twice"));
+        }
+        // Every initial unknown of ours is an output with `initial="calculated"`.
+        if found != expected {
+            problems.push(format!("{section} are not exactly the outputs"));
+        }
+    }
+}
+
+fn lint_units(description: &ModelDescription, root: Node, problems: &mut Vec<String>) {
+    let units: HashSet<String> = names(root, "UnitDefinitions", "Unit").into_iter().collect();
+    for variable in &description.variables {
+        let name = &variable.name;
+        if variable.unit.as_ref().is_some_and(|unit| !units.contains(unit)) {
+            problems.push(format!("{name}: its unit is not defined"));
+        }
+        if variable.kind == VariableKind::Real && variable.unit.is_none() {
+            problems.push(format!("{name}: no unit"));
+        }
+        if let (Some(unit), Some(display)) = (&variable.unit, &variable.display_unit) {
+            let defined = root.descendants().filter(|n| n.has_tag_name("Unit")).any(|n| {
+                n.attribute("name") == Some(unit)
+                    && n.children().any(|d| d.attribute("name") == Some(display.as_str()))
+            });
+            if !defined {
+                problems.push(format!("{name}: its display unit is not defined"));
+            }
+        }
+    }
+    for unit in root.descendants().filter(|node| node.has_tag_name("Unit")) {
+        for part in ["BaseUnit", "DisplayUnit"] {
+            if !unit.children().any(|child| child.has_tag_name(part)) {
+                problems
+                    .push(format!("unit {}: no {part}", unit.attribute("name").unwrap_or("without name")));
+            }
+        }
+    }
+}
+
+/// Start values of the description against the binary's.
+fn lint_starts(fmu: &Fmu) -> Result<Vec<String>, FmiError> {
+    let mut instance = fmu.instantiate("lint")?;
+    instance.setup_experiment(0.0, None)?;
+    instance.enter_initialization_mode()?;
+    let mut problems = Vec::new();
+    for variable in &fmu.description().variables {
+        let Some(start) = variable.start_number() else { continue };
+        let reference = [variable.value_reference];
+        let actual = match variable.kind {
+            VariableKind::Real => instance.get_real(&reference)?[0],
+            VariableKind::Integer | VariableKind::Enumeration => {
+                f64::from(instance.get_integer(&reference)?[0])
+            }
+            VariableKind::Boolean => f64::from(u8::from(instance.get_boolean(&reference)?[0])),
+            VariableKind::String => continue,
+        };
+        if actual.to_bits() != start.to_bits() {
+            let name = &variable.name;
+            problems.push(format!("{name}: start is {start} in the description and {actual} in the binary"));
+        }
+    }
+    Ok(problems)
+}
+
+fn names(root: Node, section: &str, tag: &str) -> Vec<String> {
+    let section = root.children().find(|node| node.has_tag_name(section));
+    let nodes = section.into_iter().flat_map(|node| node.children().collect::<Vec<_>>());
+    nodes
+        .filter(|node| node.has_tag_name(tag))
+        .filter_map(|n| n.attribute("name").map(str::to_owned))
+        .collect()
+}

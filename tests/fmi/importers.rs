@@ -1,0 +1,151 @@
+//! F. The same input in two unrelated importers and in the native API: equal to 1e-12.
+//!
+//! P2 to 2 s on the coarse mesh. Reference: the native API, driven along the communication points and punch
+//! displacements that the importer reports.
+
+use crate::support::{archive, get, python, read_rows, reference, running_p2};
+use poropunch::parameters::MeshPreset;
+use poropunch::{Instance, Model, Parameters};
+use std::path::Path;
+
+/// Columns of importer.py: time, displacement, force, its solid and fluid part, stored energy.
+type Row = Vec<f64>;
+
+fn fmpy(way: &str, step: f64) -> Vec<Row> {
+    let folder = tempfile::TempDir::new().unwrap();
+    let out = folder.path().join("out.csv");
+    python(&["simulate", archive().to_str().unwrap(), way, &step.to_string(), out.to_str().unwrap()]);
+    read_rows(&out)
+}
+
+fn native(rows: &[Row]) -> Vec<Row> {
+    let mut parameters = Parameters::default();
+    parameters.mesh.preset = MeshPreset::Coarse;
+    let model = Model::new(parameters).unwrap();
+    let mut instance = Instance::new(&model, rows[0][1]).unwrap();
+    let mut result = Vec::new();
+    for pair in rows.windows(2) {
+        instance.set_displacement(pair[1][1]);
+        instance.advance(pair[1][0] - pair[0][0]).unwrap();
+        let o = instance.outputs();
+        result.push(vec![pair[1][0], o.displacement, o.force, o.force_solid, o.force_fluid, o.stored_energy]);
+    }
+    result
+}
+
+/// Largest difference, relative to the largest value of the column.
+fn difference(a: &[Row], b: &[Row]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let columns = 2..a[0].len();
+    let worst = columns.map(|column| {
+        let scale = b.iter().map(|row| row[column].abs()).fold(0.0, f64::max);
+        a.iter().zip(b).map(|(x, y)| (x[column] - y[column]).abs() / scale).fold(0.0, f64::max)
+    });
+    worst.fold(0.0, f64::max)
+}
+
+/// Force of the built-in protocol after one communication step to `time`.
+fn exact_force(time: f64) -> f64 {
+    let mut instance = running_p2();
+    instance.do_step(0.0, time).unwrap();
+    get(&mut instance, "force")
+}
+
+/// Largest error of the force while loading and at the start of the hold, relative to the largest force.
+fn input_error(rows: &[Row]) -> f64 {
+    let forces: Vec<(f64, f64)> =
+        rows.iter().filter(|r| r[0] > 0.05 && r[0] < 1.2).map(|r| (r[2], exact_force(r[0]))).collect();
+    let scale = forces.iter().map(|f| f.1).fold(0.0, f64::max);
+    forces.iter().map(|(a, b)| (a - b).abs() / scale).fold(0.0, f64::max)
+}
+
+#[test]
+fn fmpy_equals_the_native_api_in_three_ways_of_input() {
+    for way in ["rate", "derivative"] {
+        let rows = fmpy(way, 0.05);
+        let worst = difference(&rows[1..], &native(&rows));
+        println!("{way}: FMPy against native {worst:.1e}");
+        assert!(worst < 1e-12, "{way}: {worst:e}");
+    }
+    // The trapezoid has its corner inside a step: 0.6875 s is no multiple of 0.05 s. The native API gets it too.
+    let rows = fmpy("trapezoid", 0.0125);
+    let worst = difference(&rows[1..], &native(&rows));
+    println!("trapezoid: FMPy against native {worst:.1e}");
+    assert!(worst < 1e-12, "trapezoid: {worst:e}");
+}
+
+#[test]
+fn the_error_of_each_way_of_input_is_what_the_documentation_says() {
+    let lag = [0.1, 0.01].map(|step| input_error(&fmpy("naive", step)));
+    println!("displacement alone: {:.1} % at 0.1 s, {:.2} % at 0.01 s", 100.0 * lag[0], 100.0 * lag[1]);
+    assert!(lag[0] > 0.05 && lag[1] > 0.005, "the trap must be real: {lag:?}");
+    for way in ["rate", "derivative", "trapezoid"] {
+        let error = input_error(&fmpy(way, 0.1));
+        println!("{way}: {:.4} % at 0.1 s", 100.0 * error);
+        assert!(error < 1e-3, "{way}: {error}");
+    }
+}
+
+#[test]
+fn a_second_importer_agrees() {
+    // fmi-rs, which shares nothing with FMPy nor with this project's loader.
+    let rows = fmpy("rate", 0.05);
+    let builder = fmi_rs::fmi2::builder::FMU2Builder::new(&archive()).unwrap();
+    let instance = builder.instantiate_cs("second").unwrap();
+    let ok = |status: fmi_rs::fmi2::types::fmi2Status| {
+        assert_eq!(status, fmi_rs::fmi2::types::fmi2Status::fmi2OK);
+    };
+    let [displacement, rate] = ["displacement", "displacement_rate"].map(reference);
+    ok(instance.setInteger(&[reference("mesh.preset")], &[1]));
+    ok(instance.setReal(&[displacement], &[rows[0][1]]));
+    ok(instance.setupExperiment(None, 0.0, Some(2.0)));
+    ok(instance.enterInitializationMode());
+    ok(instance.exitInitializationMode());
+    let names = ["force", "force_solid", "force_fluid", "stored_energy"].map(reference);
+    let mut result = Vec::new();
+    for pair in rows.windows(2) {
+        let (from, to) = (&pair[0], &pair[1]);
+        // The end of FMPy's step, given as the start and a rate.
+        let step = to[0] - from[0];
+        ok(instance.setReal(&[displacement, rate], &[from[1], (to[1] - from[1]) / step]));
+        ok(instance.doStep(from[0], step, true));
+        let mut values = [0.0; 4];
+        ok(instance.getReal(&names, &mut values));
+        result.push([&to[..2], &values].concat());
+    }
+    ok(instance.terminate());
+    let worst = difference(&result, &rows[1..]);
+    println!("fmi-rs against FMPy {worst:.1e}");
+    assert!(worst < 1e-12, "{worst:e}");
+}
+
+#[test]
+fn strange_paths_work_and_nothing_of_the_process_changes() {
+    // Nothing is printed either: FMPy prints nothing without inputs, and we never do.
+    assert_eq!(python(&["strange", archive().to_str().unwrap()]), "");
+}
+
+fn growth(command: &str, n: usize) -> f64 {
+    let growth: f64 = python(&[command, archive().to_str().unwrap(), &n.to_string()]).trim().parse().unwrap();
+    println!("{command} {n}: {growth:.2} MB");
+    growth
+}
+
+#[test]
+fn simulating_and_loading_again_and_again_does_not_grow_the_host() {
+    assert!(growth("many", 40) < 2.0);
+    assert!(growth("loads", 100) < 2.0);
+}
+
+#[test]
+#[ignore = "long: 2000 calls of simulate_fmu"]
+fn two_thousand_simulations_do_not_grow_the_host() {
+    assert!(growth("many", 2000) < 5.0);
+}
+
+#[test]
+#[ignore = "long: 3000 loads"]
+fn three_thousand_loads_do_not_grow_the_host() {
+    assert!(growth("loads", 3000) < 5.0);
+    assert!(Path::new(archive()).exists());
+}

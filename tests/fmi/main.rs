@@ -1,0 +1,10 @@
+//! The FMU from outside: the acceptance list A-F of the project's FMI page, as far as it needs the
+//! packaged archive or the loader. B, the state machine, is tested in `cdylib/tests`.
+
+mod archive;
+mod importers;
+mod loader;
+mod parallel;
+mod state;
+mod steps;
+mod support;

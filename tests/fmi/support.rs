@@ -1,0 +1,113 @@
+//! The packaged FMU, instances of it, and Python.
+
+use runner::fmi::{Fmu, FmuInstance, builtin_library};
+use runner::package::write_archive;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+/// The archive, packaged once per test run.
+pub fn archive() -> &'static Path {
+    static ARCHIVE: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
+    let (_, path) = ARCHIVE.get_or_init(|| {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("poropunch.fmu");
+        write_archive(&path, &builtin_library().unwrap()).unwrap();
+        (folder, path)
+    });
+    path
+}
+
+/// The packaged FMU, loaded once.
+pub fn fmu() -> &'static Fmu {
+    static FMU: OnceLock<Fmu> = OnceLock::new();
+    FMU.get_or_init(|| Fmu::open(archive()).unwrap())
+}
+
+/// Value reference.
+pub fn reference(name: &str) -> u32 {
+    fmu().description().variable(name).unwrap().value_reference
+}
+
+pub fn set(instance: &mut FmuInstance, name: &str, value: f64) {
+    instance.set_real(&[reference(name)], &[value]).unwrap();
+}
+
+pub fn get(instance: &mut FmuInstance, name: &str) -> f64 {
+    instance.get_real(&[reference(name)]).unwrap()[0]
+}
+
+/// A coarse instance, still to be initialised.
+pub fn coarse() -> FmuInstance {
+    let mut instance = fmu().instantiate("test").unwrap();
+    choose_coarse(&mut instance);
+    instance
+}
+
+pub fn choose_coarse(instance: &mut FmuInstance) {
+    instance.set_integer(&[reference("mesh.preset")], &[1]).unwrap();
+}
+
+pub fn initialise(instance: &mut FmuInstance, stop_time: Option<f64>) {
+    instance.setup_experiment(0.0, stop_time).unwrap();
+    instance.enter_initialization_mode().unwrap();
+    instance.exit_initialization_mode().unwrap();
+}
+
+/// A coarse instance ready to step.
+pub fn running() -> FmuInstance {
+    let mut instance = coarse();
+    initialise(&mut instance, None);
+    instance
+}
+
+/// A coarse instance ready to step along the built-in P2.
+pub fn running_p2() -> FmuInstance {
+    let mut instance = coarse();
+    instance.set_integer(&[reference("protocol.source")], &[2]).unwrap();
+    initialise(&mut instance, None);
+    instance
+}
+
+/// Loads at 1 mm/s over `steps` steps of `size` [s] from `start`; force after each, as bits.
+pub fn load(instance: &mut FmuInstance, start: f64, size: f64, steps: usize) -> Vec<u64> {
+    let mut forces = Vec::with_capacity(steps);
+    for n in 0..steps {
+        let time = start + n as f64 * size;
+        set(instance, "displacement", 1e-3 * (time + size));
+        instance.do_step(time, size).unwrap();
+        forces.push(get(instance, "force").to_bits());
+    }
+    forces
+}
+
+/// Resident memory of this process [MB].
+pub fn resident_mb() -> f64 {
+    let statm = std::fs::read_to_string("/proc/self/statm").unwrap();
+    statm.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap() * 4096e-6
+}
+
+/// Runs `importer.py`; returns its standard output.
+pub fn python(arguments: &[&str]) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let python = std::env::var_os("POROPUNCH_PYTHON").map_or(root.join(".venv/bin/python"), PathBuf::from);
+    let ready = Command::new(&python).args(["-c", "import fmpy, lxml, numpy"]).output();
+    assert!(
+        ready.is_ok_and(|output| output.status.success()),
+        "{} with FMPy is missing. Remedy: python3 -m venv .venv && .venv/bin/pip install -r tests/requirements.txt \
+         in the repository's folder, or set POROPUNCH_PYTHON to a Python that has these packages",
+        python.display()
+    );
+    let script = root.join("tests/fmi/python/importer.py");
+    let output = Command::new(&python).arg(script).args(arguments).output().unwrap();
+    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "importer.py {arguments:?}\n{stdout}\n{stderr}");
+    stdout.into_owned()
+}
+
+/// Rows of numbers of a CSV file without a header.
+pub fn read_rows(path: &Path) -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.lines().map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect()
+}
