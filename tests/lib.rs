@@ -1,1 +1,72 @@
 //! Shared helpers of the integration tests.
+
+use poropunch::parameters::{BranchParameters, MaterialParameters, OgdenParameters};
+use poropunch::{Instance, Model, Outputs, Parameters};
+
+/// Depth of the paper's protocols [m].
+pub const DEPTH: f64 = 1e-3;
+/// Loading rates of protocols P1 and P2 [m/s].
+pub const RATES: [f64; 2] = [1.0e-3, 1.6e-3];
+
+/// Results of loading to [`DEPTH`] at `rate` [m/s] from first touch and holding, at the given times [s].
+pub fn load_and_hold(parameters: &Parameters, rate: f64, times_s: &[f64]) -> Vec<Outputs> {
+    let model = Model::new(parameters.clone()).expect("admissible parameters");
+    let mut instance = Instance::new(&model, 0.0).expect("starts at the surface");
+    let ramp = DEPTH / rate;
+    let mut go = |time: f64| {
+        instance.set_displacement((rate * time).min(DEPTH));
+        instance.advance(time - instance.time()).expect("the step converges");
+        instance.outputs()
+    };
+    let mut results = Vec::new();
+    let mut held = false;
+    for &time in times_s {
+        if time > ramp && !held {
+            go(ramp);
+            held = true;
+        }
+        results.push(go(time));
+        held |= time == ramp;
+    }
+    results
+}
+
+/// A material without viscous branches: shear modulus [Pa], bulk modulus [Pa], mobility K0/mu_FR [m^4/(N s)].
+pub fn poroelastic(shear_modulus: f64, bulk_modulus: f64, mobility: f64) -> MaterialParameters {
+    MaterialParameters {
+        n0s: 0.2,
+        lambda_star: bulk_modulus,
+        fluid_viscosity: 1e-3,
+        permeability: mobility * 1e-3,
+        equilibrium: OgdenParameters { mu: shear_modulus, alpha: 2.0 },
+        branches: Vec::new(),
+    }
+}
+
+/// A viscous branch with shear modulus [Pa] and relaxation time [s] at small strain.
+pub fn branch(shear_modulus: f64, alpha: f64, relaxation_time: f64) -> BranchParameters {
+    let ogden = OgdenParameters { mu: 2.0 * shear_modulus / alpha, alpha };
+    BranchParameters { ogden, eta: shear_modulus * relaxation_time }
+}
+
+/// Columns of a CSV file of this folder, without its header.
+pub fn read_columns(path: &str) -> Vec<Vec<f64>> {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    for line in text.lines().skip(1) {
+        for (k, field) in line.split(',').enumerate() {
+            if columns.len() == k {
+                columns.push(Vec::new());
+            }
+            columns[k].push(field.trim().parse().expect("a number"));
+        }
+    }
+    columns
+}
+
+/// Linear interpolation in a table.
+pub fn interpolate(x: &[f64], y: &[f64], at: f64) -> f64 {
+    let k = x.partition_point(|&v| v < at).clamp(1, x.len() - 1);
+    y[k - 1] + (y[k] - y[k - 1]) * (at - x[k - 1]) / (x[k] - x[k - 1])
+}

@@ -138,6 +138,8 @@ pub struct BoundaryParameters {
     pub bonded_punch: bool,
     /// u_r = 0 on the bottom (glued); otherwise it slides on its support.
     pub bonded_bottom: bool,
+    /// u_r = 0 on the lateral surface (sample in a smooth rigid ring); otherwise it is free.
+    pub confined_side: bool,
 }
 
 impl Default for BoundaryParameters {
@@ -149,6 +151,7 @@ impl Default for BoundaryParameters {
             drained_punch: false,
             bonded_punch: true,
             bonded_bottom: true,
+            confined_side: false,
         }
     }
 }

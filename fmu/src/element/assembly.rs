@@ -107,7 +107,7 @@ pub fn assemble(
     residual.fill(0.0);
     values.fill(0.0);
     let mut system = ElementSystem::default();
-    for (index, points) in geometry.volume.iter().enumerate() {
+    for (index, points) in geometry.elements.iter().enumerate() {
         let x_e = map.gather(index, x);
         kernel::evaluate(points, material, &x_e, old.element(index, material.branches()), dt, &mut system)
             .ok_or(Inadmissible { element: index })?;

@@ -38,15 +38,20 @@ pub fn update(
 ) -> Result<Integrals, Inadmissible> {
     let branches = material.branches();
     let mut integrals = Integrals::default();
-    for (index, points) in geometry.volume.iter().enumerate() {
+    for (index, places) in geometry.elements.iter().enumerate() {
+        let failed = Inadmissible { element: index };
         let x_e = map.gather(index, x);
-        for (k, place) in points.iter().enumerate() {
-            let point = Point::at(place, &x_e).ok_or(Inadmissible { element: index })?;
+        for place in &places.volumetric {
+            let j = Point::at(place, &x_e).ok_or(failed)?.jacobian;
+            integrals.stored_energy += place.measure * material.volumetric.energy(j);
+        }
+        for (k, place) in places.points.iter().enumerate() {
+            let point = Point::at(place, &x_e).ok_or(failed)?;
             let at = index * POINTS + k;
             let range = at * branches..(at + 1) * branches;
             let energetics = material
                 .update(&point.f, &old.cv_inverse[range.clone()], dt, reach, &mut new.cv_inverse[range])
-                .ok_or(Inadmissible { element: index })?;
+                .ok_or(failed)?;
             let j = point.jacobian;
             new.jacobian[at] = old.jacobian[at] + reach * (j - old.jacobian[at]);
             let (mobility, _) = material.darcy.referential_mobility(j);
@@ -83,10 +88,11 @@ pub fn face_forces(
         // Cauchy stress of the skeleton (zz, rz), extrapolated from the Gauss points.
         let mut sigma = [0.0; 2];
         for (k, weight) in gauss_lagrange(*xi).into_iter().enumerate() {
-            let point = Point::at(&geometry.volume[*element][k], &x_e).ok_or(failed)?;
+            let point = Point::at(&geometry.elements[*element].points[k], &x_e).ok_or(failed)?;
             let cv = &history.cv_inverse[k * branches..(k + 1) * branches];
             let tau = material.elasticity(&point.f, cv, dt).ok_or(failed)?.kirchhoff_stress;
-            sigma[0] += weight * tau[1] / point.jacobian;
+            let (tau_vol, _) = material.volumetric_stress(point.jacobian).ok_or(failed)?;
+            sigma[0] += weight * (tau[1] + tau_vol) / point.jacobian;
             sigma[1] += weight * tau[3] / point.jacobian;
         }
         let point = Point::at(place, &x_e).ok_or(failed)?;

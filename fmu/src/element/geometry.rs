@@ -1,6 +1,6 @@
 //! Reference geometry at a point of an element, computed once per mesh.
 
-use super::shape::{GAUSS_POINTS, POINTS, Shape};
+use super::shape::{GAUSS_POINTS, POINTS, Shape, VOLUMETRIC_POINTS};
 use crate::mesh::{CORNERS, Element, Face, Mesh, NODES};
 use std::f64::consts::TAU;
 
@@ -64,11 +64,20 @@ pub struct FacePoint {
     pub geometry: PointGeometry,
 }
 
+/// Geometry of the integration points of one element.
+#[derive(Debug, Clone, Copy)]
+pub struct ElementGeometry {
+    /// The 3 x 3 Gauss points.
+    pub points: [PointGeometry; POINTS],
+    /// The 2 x 2 Gauss points of the volumetric law.
+    pub volumetric: [PointGeometry; CORNERS],
+}
+
 /// Geometry of all quadrature points of a mesh.
 #[derive(Debug, Clone)]
 pub struct Geometry {
-    /// Gauss points, element by element.
-    pub volume: Vec<[PointGeometry; POINTS]>,
+    /// Integration points of every element.
+    pub elements: Vec<ElementGeometry>,
     /// Quadrature points of the punch's face.
     pub face: Vec<FacePoint>,
 }
@@ -77,9 +86,13 @@ impl Geometry {
     /// Evaluates the geometry of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
         let at = |e: &Element, s: &Shape| PointGeometry::at(e, s).0;
-        let volume = mesh.elements.iter().map(|e| std::array::from_fn(|k| at(e, &GAUSS_POINTS[k]))).collect();
+        let elements = mesh.elements.iter().map(|e| ElementGeometry {
+            points: std::array::from_fn(|k| at(e, &GAUSS_POINTS[k])),
+            volumetric: std::array::from_fn(|k| at(e, &VOLUMETRIC_POINTS[k])),
+        });
+        let elements = elements.collect();
         let face = mesh.punch_faces().iter().flat_map(|f| face_points(mesh, f)).collect();
-        Self { volume, face }
+        Self { elements, face }
     }
 }
 
@@ -105,7 +118,7 @@ mod tests {
     fn volume_and_punch_area_are_exact() {
         let g = GeometryParameters::default();
         let geometry = Geometry::new(&Mesh::new(&g, &MeshParameters::default()));
-        let volume: f64 = geometry.volume.iter().flatten().map(|p| p.measure).sum();
+        let volume: f64 = geometry.elements.iter().flat_map(|e| e.points).map(|p| p.measure).sum();
         approx::assert_relative_eq!(
             volume,
             PI * g.sample_radius.powi(2) * g.sample_height,
@@ -119,8 +132,8 @@ mod tests {
     fn gradients_reproduce_linear_fields() {
         let mesh = Mesh::new(&GeometryParameters::default(), &MeshParameters::default());
         let geometry = Geometry::new(&mesh);
-        for (element, points) in mesh.elements.iter().zip(&geometry.volume) {
-            for point in points {
+        for (element, points) in mesh.elements.iter().zip(&geometry.elements) {
+            for point in points.points.iter().chain(&points.volumetric) {
                 let mut slope = [0.0; 2];
                 for (node, g) in element.nodes.iter().zip(&point.gradient) {
                     let x = mesh.nodes[*node as usize];

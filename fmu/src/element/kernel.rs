@@ -2,9 +2,11 @@
 //!
 //! Momentum: `int tau : grad v dV0 = external`. Mass over a step of `dt`:
 //! `int q (J - J_old) dV0 + dt int J k grad q . grad p dV0 = 0`, `k` the current mobility.
+//!
+//! The volumetric law is integrated at 2 x 2 points: with lambda* some hundred times the shear modulus
+//! a drained skeleton is nearly incompressible, and at 3 x 3 points its quadratic element would lock.
 
-use super::geometry::PointGeometry;
-use super::shape::POINTS;
+use super::geometry::{ElementGeometry, PointGeometry};
 use crate::material::PointMaterial;
 use crate::material::Voigt;
 use crate::material::point::DeformationGradient;
@@ -97,7 +99,7 @@ pub struct PointState<'a> {
 
 /// Fills `system` for the unknowns `x` at the end of a step of `dt` [s]; `None` when inadmissible.
 pub fn evaluate(
-    geometry: &[PointGeometry; POINTS],
+    geometry: &ElementGeometry,
     material: &PointMaterial,
     x: &[f64; UNKNOWNS],
     old: PointState<'_>,
@@ -106,7 +108,7 @@ pub fn evaluate(
 ) -> Option<()> {
     *system = ElementSystem::default();
     let branches = material.branches();
-    for (k, place) in geometry.iter().enumerate() {
+    for (k, place) in geometry.points.iter().enumerate() {
         let point = Point::at(place, x)?;
         let history = &old.cv_inverse[k * branches..(k + 1) * branches];
         let elasticity = material.elasticity(&point.f, history, dt)?;
@@ -128,6 +130,11 @@ pub fn evaluate(
         momentum(&point, &tau, &c, w, system);
         coupling(&point, &place.p, w * j, system);
         mass(&point, place, material, j - old.jacobian[k], dt, system);
+    }
+    for place in &geometry.volumetric {
+        let point = Point::at(place, x)?;
+        let (tau, stiffness) = material.volumetric_stress(point.jacobian)?;
+        volumetric(&point, place.measure * tau, place.measure * stiffness, system);
     }
     // K_uu is symmetric: the kernel fills its upper half.
     for a in 0..2 * NODES {
@@ -163,6 +170,27 @@ fn momentum(point: &Point, tau: &Voigt, c: &[[f64; 4]; 4], w: f64, system: &mut 
             system.tangent[2 * a][2 * b + 1] += gr * z[0] + h * z[2] + gz * z[3];
             system.tangent[2 * a + 1][2 * b] += gz * r[1] + gr * r[3];
             system.tangent[2 * a + 1][2 * b + 1] += gz * z[1] + gr * z[3] + geometric;
+        }
+    }
+}
+
+/// Isotropic stress `tau` with `stiffness` = J d tau / dJ, both times the volume.
+#[inline]
+fn volumetric(point: &Point, tau: f64, stiffness: f64, system: &mut ElementSystem) {
+    for a in 0..NODES {
+        let (ga, ha, div_a) = (point.gradient[a], point.hoop[a], divergence(point, a));
+        for i in 0..2 {
+            system.residual[2 * a + i] += tau * div_a[i];
+        }
+        for b in a..NODES {
+            let (gb, hb, div_b) = (point.gradient[b], point.hoop[b], divergence(point, b));
+            for i in 0..2 {
+                for j in 0..2 {
+                    system.tangent[2 * a + i][2 * b + j] +=
+                        stiffness * div_a[i] * div_b[j] - tau * ga[j] * gb[i];
+                }
+            }
+            system.tangent[2 * a][2 * b] -= tau * ha * hb;
         }
     }
 }
@@ -233,7 +261,7 @@ mod tests {
     fn tangent_matches_finite_differences() {
         let material = PointMaterial::new(&MaterialParameters { n0s: 0.2, ..Default::default() });
         let mesh = Mesh::tensor(&[0.0, 0.3e-3, 0.7e-3], &[0.0, 0.25e-3], 0.3e-3);
-        let geometry = Geometry::new(&mesh).volume[1];
+        let geometry = Geometry::new(&mesh).elements[1];
         let mut x = [0.0; UNKNOWNS];
         for (k, v) in x.iter_mut().enumerate() {
             let noise = ((k * 7919 + 13) % 101) as f64 / 101.0 - 0.5;

@@ -60,6 +60,14 @@ pub fn gauss_lagrange(xi: [f64; 2]) -> [f64; POINTS] {
     std::array::from_fn(|k| a[k % 3] * b[k / 3])
 }
 
+/// The 2 x 2 Gauss points, `2 j + i`, where the volumetric law is integrated.
+pub static VOLUMETRIC_POINTS: LazyLock<[Shape; CORNERS]> = LazyLock::new(|| {
+    let x = 1.0 / 3.0_f64.sqrt();
+    std::array::from_fn(|k| {
+        Shape::at([if k % 2 == 0 { -x } else { x }, if k / 2 == 0 { -x } else { x }], 1.0)
+    })
+});
+
 fn quadratic(x: f64) -> ([f64; 3], [f64; 3]) {
     ([0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)], [x - 0.5, -2.0 * x, x + 0.5])
 }

@@ -40,6 +40,9 @@ impl Conditions {
                 fix(mesh.displacement(node));
             }
         }
+        if boundary.confined_side {
+            mesh.side().for_each(|node| fix(mesh.displacement(node)));
+        }
         if boundary.drained_bottom {
             drain(&mut mesh.bottom(), &mut fix);
         }

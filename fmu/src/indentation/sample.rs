@@ -4,7 +4,8 @@ use crate::element::assembly::AssemblyMap;
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
 use crate::parameters::{GeometryParameters, MeshParameters};
-use crate::solver::linear::{Singular, Structure};
+use crate::solver::linear::Structure;
+use crate::solver::multifrontal::{self, StructureError};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// Everything that depends on the mesh alone.
@@ -24,19 +25,19 @@ impl Sample {
     /// Builds the sample of a mesh.
     ///
     /// # Errors
-    /// When the symbolic factorisation runs out of memory.
-    pub fn from_mesh(mesh: Mesh) -> Result<Self, Singular> {
+    /// When the mesh has too many unknowns.
+    pub fn from_mesh(mesh: Mesh) -> Result<Self, StructureError> {
         let map = AssemblyMap::new(&mesh);
         let geometry = Geometry::new(&mesh);
-        let structure = Arc::new(Structure::analyse(map.pattern.clone())?);
+        let structure = Arc::new(Structure::analyse(map.pattern.clone(), &connectivity(&mesh))?);
         Ok(Self { mesh, geometry, map, structure })
     }
 
     /// The sample of a geometry; equal geometries and meshes share one.
     ///
     /// # Errors
-    /// When the symbolic factorisation runs out of memory.
-    pub fn shared(geometry: &GeometryParameters, mesh: &MeshParameters) -> Result<Arc<Self>, Singular> {
+    /// When the mesh has too many unknowns.
+    pub fn shared(geometry: &GeometryParameters, mesh: &MeshParameters) -> Result<Arc<Self>, StructureError> {
         type Key = (GeometryParameters, MeshParameters);
         static LIVE: Mutex<Vec<(Key, Weak<Sample>)>> = Mutex::new(Vec::new());
         let mut live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -49,4 +50,21 @@ impl Sample {
         live.push((key, Arc::downgrade(&sample)));
         Ok(sample)
     }
+}
+
+/// The mesh as the ordering sees it.
+fn connectivity(mesh: &Mesh) -> multifrontal::Structure {
+    let mut elements = Vec::with_capacity(mesh.elements.len());
+    let mut centroids = Vec::with_capacity(mesh.elements.len());
+    for element in &mesh.elements {
+        // A collapsed side names its node three times.
+        let mut unknowns = mesh.element_unknowns(element).to_vec();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        elements.push(unknowns);
+        let mean = |d: usize| 0.25 * element.corners.iter().map(|c| c[d]).sum::<f64>();
+        centroids.push([mean(0), mean(1), 0.0]);
+    }
+    let rank = mesh.pressure_mask().into_iter().map(u8::from).collect();
+    multifrontal::Structure { unknowns: mesh.unknowns(), elements, centroids, rank }
 }

@@ -43,6 +43,7 @@ pub struct Stepper {
     work: Workspace,
     stage_history: History,
     raw_residual: Vec<f64>,
+    residual_norms: Vec<f64>,
 }
 
 impl Stepper {
@@ -71,6 +72,7 @@ impl Stepper {
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
             stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len()),
             raw_residual: vec![0.0; unknowns],
+            residual_norms: Vec::new(),
             sample,
         }
     }
@@ -90,6 +92,11 @@ impl Stepper {
     /// A force that matters [N]: the stress scale over the punch's area.
     pub fn force_scale(&self) -> f64 {
         self.stress_scale * self.length_scale * self.length_scale
+    }
+
+    /// Norms of the dimensionless residual in the iterations of the last stage.
+    pub fn residual_norms(&self) -> &[f64] {
+        &self.residual_norms
     }
 
     /// Whether a state has this stepper's numbers of unknowns and history tensors.

@@ -52,10 +52,10 @@ impl DeformationGradient {
     }
 }
 
-/// Effective (solid) Kirchhoff stress, i.e. without `-p J 1`, and its spatial tangent.
+/// Isochoric Kirchhoff stress, i.e. without `tau_vol` and `-p J 1`, and its spatial tangent.
 #[derive(Debug, Clone, Copy)]
 pub struct Elasticity {
-    /// Effective Kirchhoff stress [Pa].
+    /// Isochoric Kirchhoff stress [Pa].
     pub kirchhoff_stress: Voigt,
     /// Spatial tangent (Oldroyd rate) [Pa].
     pub tangent: Voigt2,
@@ -64,7 +64,7 @@ pub struct Elasticity {
 /// What the update of the history reports, per reference volume.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Energetics {
-    /// Stored energy [J/m^3].
+    /// Stored isochoric energy [J/m^3].
     pub stored_energy: f64,
     /// Viscous dissipation rate [W/m^3].
     pub viscous_dissipation_rate: f64,
@@ -75,7 +75,8 @@ pub struct Energetics {
 pub struct PointMaterial {
     equilibrium: Ogden,
     branches: Vec<Branch>,
-    volumetric: Volumetric,
+    /// Volumetric law.
+    pub volumetric: Volumetric,
     /// Seepage law.
     pub darcy: Darcy,
     n0s: f64,
@@ -104,7 +105,7 @@ impl PointMaterial {
         f.hoop > 0.0 && f.plane_determinant() > 0.0 && f.determinant() > self.n0s
     }
 
-    /// Effective stress and consistent tangent at the end of a step of `dt` [s] (Eqs. 7-10, 12).
+    /// Isochoric stress and consistent tangent at the end of a step of `dt` [s] (Eqs. 8, 9, 12).
     ///
     /// `history` holds `Cv^-1` of every branch at the start of the step. `None` when the
     /// deformation is inadmissible.
@@ -112,15 +113,8 @@ impl PointMaterial {
         if !self.admissible(f) {
             return None;
         }
-        let (vol, bulk) = self.volumetric.stress(f.determinant());
         let mut c = [[0.0; 4]; 4];
-        for (i, row) in c.iter_mut().enumerate().take(3) {
-            row[..3].fill(bulk);
-            row[i] -= 2.0 * vol;
-        }
-        c[3][3] = -vol;
-        let mut tau = [vol, vol, vol, 0.0];
-
+        let mut tau = [0.0; 4];
         let frame = Spectral::of(&f.push(&super::IDENTITY))?;
         let q = self.equilibrium.powers(&deviator(&frame.log_strains()));
         let beta = self.equilibrium.stress(&q);
@@ -137,6 +131,12 @@ impl PointMaterial {
         Some(Elasticity { kirchhoff_stress: tau, tangent: c })
     }
 
+    /// Volumetric Kirchhoff stress and `J d tau / dJ` [Pa] (Eq. 10); `None` at compaction.
+    #[inline]
+    pub fn volumetric_stress(&self, j: f64) -> Option<(f64, f64)> {
+        (j > self.n0s).then(|| self.volumetric.stress(j))
+    }
+
     /// Advances the history over a converged step and returns the energies at its end.
     ///
     /// `reach = 1` gives the end of the step; another value continues the viscous flow of the step
@@ -151,10 +151,8 @@ impl PointMaterial {
     ) -> Option<Energetics> {
         let frame = Spectral::of(&f.push(&super::IDENTITY))?;
         let q = self.equilibrium.powers(&deviator(&frame.log_strains()));
-        let mut energetics = Energetics {
-            stored_energy: self.equilibrium.energy(&q) + self.volumetric.energy(f.determinant()),
-            viscous_dissipation_rate: 0.0,
-        };
+        let mut energetics =
+            Energetics { stored_energy: self.equilibrium.energy(&q), viscous_dissipation_rate: 0.0 };
         let f_inverse = f.inverse();
         for ((branch, cv_inverse), new) in self.branches.iter().zip(history).zip(updated) {
             let frame = Spectral::of(&f.push(cv_inverse))?;

@@ -31,9 +31,9 @@ pub fn indentation(geometry: &GeometryParameters, resolution: &Resolution) -> Ve
     let mut radii: Vec<f64> = (0..inner).map(|k| (a - half) * k as f64 / inner as f64).collect();
     radii.extend((0..2 * n).map(line));
     radii.push(a + half);
-    radii.extend(layers(b - a - half, cell, resolution.outer_growth, a).into_iter().map(|x| a + half + x));
+    radii.extend(layers(b - a - half, cell, resolution.outer_growth).into_iter().map(|x| a + half + x));
     let mut heights: Vec<f64> =
-        layers(h - half, cell, resolution.outer_growth, a).into_iter().map(|x| h - half - x).rev().collect();
+        layers(h - half, cell, resolution.outer_growth).into_iter().map(|x| h - half - x).rev().collect();
     heights[0] = 0.0;
     heights.extend((0..n).map(|k| h - half + k as f64 * cell));
     heights.push(h);
@@ -59,7 +59,7 @@ fn rings(edge: [f64; 2], half: f64, resolution: &Resolution) -> Vec<Quad> {
         .chain((0..=n).map(|k| [1.0, at(k)]))
         .collect();
     let mut sizes = vec![0.0];
-    sizes.extend(layers(half, resolution.edge_size, resolution.growth, half));
+    sizes.extend(layers(half, resolution.edge_size, resolution.growth));
     let point = |size: f64, d: [f64; 2]| [edge[0] + size * d[0], edge[1] + size * d[1]];
     let mut quads = Vec::new();
     for s in sizes.windows(2) {

@@ -2,14 +2,14 @@
 
 /// Distances of the layer boundaries from the graded end, ascending, the last one exactly `length`.
 ///
-/// Layers start with `first` and grow by the factor `growth` up to `largest`.
-pub fn layers(length: f64, first: f64, growth: f64, largest: f64) -> Vec<f64> {
+/// Layers start with `first` and grow by the factor `growth`.
+pub fn layers(length: f64, first: f64, growth: f64) -> Vec<f64> {
     let mut sizes = Vec::new();
     let (mut size, mut sum) = (first.min(length), 0.0);
     while sum < length * (1.0 - 1e-9) {
         sizes.push(size);
         sum += size;
-        size = (size * growth).min(largest);
+        size *= growth;
     }
     // The count whose total is nearest to the length.
     if sizes.len() > 1 && sum - length > 0.5 * sizes[sizes.len() - 1] {
@@ -38,7 +38,7 @@ mod tests {
 
     #[test]
     fn keeps_the_first_size_and_ends_exactly() {
-        let d = layers(10.0, 0.01, 2.0, 2.5);
+        let d = layers(10.0, 0.01, 2.0);
         assert!((d[0] - 0.01).abs() < 1e-4 && *d.last().unwrap() == 10.0);
         let mut sizes = vec![d[0]];
         sizes.extend(d.windows(2).map(|w| w[1] - w[0]));
@@ -47,6 +47,6 @@ mod tests {
 
     #[test]
     fn a_first_size_beyond_the_length_gives_one_layer() {
-        assert_eq!(layers(1.0, 5.0, 2.0, 9.0), vec![1.0]);
+        assert_eq!(layers(1.0, 5.0, 2.0), vec![1.0]);
     }
 }

@@ -20,8 +20,8 @@ pub fn resolve(mesh: &MeshParameters, punch_radius: f64) -> Resolution {
     // Edge size in units of the punch radius.
     let (edge, growth, divisions, outer_growth) = match mesh.preset {
         MeshPreset::Coarse => (0.03, 2.5, 2, 2.0),
-        MeshPreset::Standard => (0.003, 2.0, 3, 1.7),
-        MeshPreset::Fine => (0.001, 1.6, 4, 1.4),
+        MeshPreset::Standard => (0.01, 2.0, 2, 1.7),
+        MeshPreset::Fine => (0.003, 2.0, 3, 1.5),
     };
     Resolution {
         edge_size: if mesh.edge_size > 0.0 { mesh.edge_size } else { edge * punch_radius },

@@ -1,5 +1,7 @@
 //! Sparse linear algebra, Newton iteration, time scheme.
 
 pub mod linear;
+pub mod multifrontal;
 pub mod newton;
+pub mod pattern;
 pub mod scheme;

@@ -81,9 +81,8 @@ pub fn solve(
         }
         statistics.iterations += 1;
         statistics.factorisations += 1;
-        linear.factorise(values).map_err(|_| NewtonFailure::Singular(iteration))?;
         correction.copy_from_slice(residual);
-        linear.solve(correction);
+        linear.solve(values, correction).map_err(|_| NewtonFailure::Singular(iteration))?;
         for (c, s) in correction.iter_mut().zip(system.scale()) {
             *c *= s;
         }

@@ -1,0 +1,112 @@
+//! Multifrontal LU against faer's sparse LU: numeric factorisation and one solve, symbolic work reused.
+//!
+//! ```text
+//! cargo bench -p poropunch --bench linear_solver [-- LARGEST_3D_SIZE]  (10000, 30000, 88000)
+//! ```
+//! The two solvers take turns within one run, so that their ratio does not depend on the machine's load.
+
+#[path = "../src/solver/multifrontal/test_matrices.rs"]
+mod test_matrices;
+
+use faer::prelude::Solve;
+use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+use poropunch::solver::multifrontal::{Numeric, Structure, Symbolic};
+use std::{sync::Arc, time::Instant};
+use test_matrices::{Case, System};
+
+fn main() {
+    let largest: usize = std::env::args().skip(1).find_map(|a| a.parse().ok()).unwrap_or(0);
+    println!("numeric factorisation and one solve [ms], one thread, best of several");
+    println!(
+        "{:>22} {:>8} {:>8} {:>8} {:>8} {:>7} {:>8} {:>8} {:>8} {:>7} {:>8} {:>8} {:>9} {:>9}",
+        "matrix",
+        "unknowns",
+        "analyse",
+        "factor",
+        "faer",
+        "ratio",
+        "solve",
+        "solve 9",
+        "faer",
+        "Mflop",
+        "f32",
+        "Mfactor",
+        "residual",
+        "faer's"
+    );
+    for (name, permeability) in [("undrained", 0.0), ("drained", 1e-2)] {
+        for size in [2_000, 6_000, 15_000] {
+            measure(&format!("axisymmetric {name}"), &Case::axisymmetric(size, permeability).assemble(), 40);
+        }
+        for size in [10_000, 30_000, 88_000].into_iter().filter(|&s| s <= largest) {
+            measure(&format!("3D {name}"), &Case::solid(size, permeability).assemble(), 3);
+        }
+    }
+}
+
+fn measure(name: &str, system: &System, repetitions: usize) {
+    let structure = Structure {
+        unknowns: system.unknowns,
+        elements: system.elements.clone(),
+        centroids: system.centroids.clone(),
+        rank: system.rank.clone(),
+    };
+    let matrix = &system.matrix;
+    let n = system.unknowns;
+    let b: Vec<f64> = (0..n).map(|i| (i * 7919 % 1009) as f64 / 1009.0 - 0.5).collect();
+    let mut times = [f64::INFINITY; 7];
+    let [analyse, factor, faer_factor, solve, solve_nine, faer_solve, single] = &mut times;
+
+    let symbolic =
+        Arc::new(timed(analyse, || Symbolic::analyse(&structure, matrix.symbolic()).expect("a mesh")));
+    let statistics = symbolic.statistics();
+    let mut numeric: Numeric = Numeric::new(Arc::clone(&symbolic));
+    let mut numeric_single = Numeric::<f32>::new(symbolic);
+    let faer_symbolic = SymbolicLu::try_new(matrix.symbolic()).expect("enough memory");
+    let (mut residual, mut faer_residual) = (0.0, 0.0);
+    for _ in 0..repetitions {
+        timed(factor, || numeric.factorise(matrix.val()).expect("a regular matrix"));
+        let mut x = b.clone();
+        timed(solve, || numeric.solve_in_place(&mut x, 1));
+        residual = relative_residual(system, &x, &b);
+        let mut nine = b.repeat(9);
+        timed(solve_nine, || numeric.solve_in_place(&mut nine, 9));
+        timed(single, || numeric_single.factorise(matrix.val()).expect("a regular matrix"));
+
+        let lu = timed(faer_factor, || {
+            Lu::try_new_with_symbolic(faer_symbolic.clone(), matrix.as_ref()).expect("a regular matrix")
+        });
+        let mut x = b.clone();
+        timed(faer_solve, || {
+            lu.solve_in_place(faer::MatMut::from_column_major_slice_mut(&mut x, n, 1));
+        });
+        faer_residual = relative_residual(system, &x, &b);
+    }
+    let [analyse, factor, faer_factor, solve, solve_nine, faer_solve, single] = times;
+    println!(
+        "{name:>22} {n:8} {analyse:8.1} {factor:8.2} {faer_factor:8.2} {:7.1} {solve:8.2} {solve_nine:8.2} \
+         {faer_solve:8.2} {:7.1} {single:8.2} {:8.2} {residual:9.1e} {faer_residual:9.1e}",
+        faer_factor / factor,
+        statistics.flops as f64 * 1e-6,
+        statistics.factor_entries as f64 * 1e-6,
+    );
+}
+
+/// Runs the work and keeps the shortest time [ms].
+fn timed<R>(best: &mut f64, work: impl FnOnce() -> R) -> R {
+    let start = Instant::now();
+    let result = work();
+    *best = best.min(start.elapsed().as_secs_f64() * 1e3);
+    result
+}
+
+/// Largest entry of b - A x over the largest of b.
+fn relative_residual(system: &System, x: &[f64], b: &[f64]) -> f64 {
+    let mut r = b.to_vec();
+    for (column, &x) in x.iter().enumerate() {
+        let rows = system.matrix.row_idx_of_col(column);
+        rows.zip(system.matrix.val_of_col(column)).for_each(|(row, value)| r[row] -= value * x);
+    }
+    let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    largest(&r) / largest(b)
+}

@@ -1,0 +1,128 @@
+//! Terzaghi's one-dimensional consolidation: a confined, laterally fixed column drained at its bottom.
+
+use poropunch::indentation::sample::Sample;
+use poropunch::indentation::step::{State, Stepper};
+use poropunch::mesh::Mesh;
+use poropunch::parameters::{BoundaryParameters, GeometryParameters, TimeScheme};
+use poropunch::{Parameters, Statistics};
+use std::f64::consts::PI;
+use std::sync::Arc;
+use tests::poroelastic;
+
+const SHEAR: f64 = 300.0;
+const BULK: f64 = 1000.0;
+const MOBILITY: f64 = 1e-9;
+const HEIGHT: f64 = 1e-3;
+/// A thin column: lateral fixing comes from its bonded ends and side in [`column`].
+const RADIUS: f64 = 0.5e-3;
+
+/// Confined modulus K + 4 G / 3 [Pa].
+const MODULUS: f64 = BULK + 4.0 * SHEAR / 3.0;
+/// Coefficient of consolidation [m^2/s].
+const CONSOLIDATION: f64 = MOBILITY * MODULUS;
+
+fn area() -> f64 {
+    PI * RADIUS * RADIUS
+}
+
+/// A column of `layers` elements, confined, drained at the bottom only.
+fn column(layers: usize, scheme: TimeScheme) -> Stepper {
+    let mut parameters = Parameters { material: poroelastic(SHEAR, BULK, MOBILITY), ..Default::default() };
+    parameters.geometry =
+        GeometryParameters { punch_radius: RADIUS, sample_radius: 1.1 * RADIUS, sample_height: HEIGHT };
+    parameters.boundary = BoundaryParameters {
+        drained_side: false,
+        drained_top: false,
+        confined_side: true,
+        ..Default::default()
+    };
+    parameters.solver.time_scheme = scheme;
+    parameters.solver.newton_tolerance = 1e-13;
+    let heights: Vec<f64> = (0..=layers).map(|k| HEIGHT * k as f64 / layers as f64).collect();
+    let mesh = Mesh::tensor(&[0.0, RADIUS], &heights, RADIUS);
+    Stepper::new(&parameters, Arc::new(Sample::from_mesh(mesh).unwrap()))
+}
+
+/// Force of the column pressed at constant velocity, from the diffusion of displacement:
+/// `F = A M v / H (t + 2 sum tau_n (1 - exp(-t / tau_n)))`, `tau_n = H^2 / (n^2 pi^2 c)`.
+fn ramp_force(velocity: f64, time: f64) -> f64 {
+    let series: f64 = (1..2000)
+        .map(|n| {
+            let tau = HEIGHT * HEIGHT / (f64::from(n * n) * PI * PI * CONSOLIDATION);
+            2.0 * tau * (1.0 - (-time / tau).exp())
+        })
+        .sum();
+    area() * MODULUS * velocity / HEIGHT * (time + series)
+}
+
+/// Relative error of the force when pressed for T = c t / H^2 = 0.2 in equal steps.
+fn ramp_error(layers: usize, steps: usize, scheme: TimeScheme) -> f64 {
+    let mut stepper = column(layers, scheme);
+    let end = 0.2 * HEIGHT * HEIGHT / CONSOLIDATION;
+    let velocity = 1e-9 / end;
+    let mut state = stepper.undeformed(0.0);
+    let dt = end / steps as f64;
+    for k in 0..steps {
+        let start = velocity * dt * k as f64;
+        state = stepper.step(&state, start, velocity, dt, &mut Statistics::default()).unwrap();
+    }
+    state.outputs.force / ramp_force(velocity, end) - 1.0
+}
+
+/// Goal: order in time of the coupled problem.
+/// Reference: closed form of the ramp; 40 layers. Tolerance: observed order within 0.2 of 1 (backward
+/// Euler) and at least 1.8 (SDIRK2); error below 0.1 % with 40 SDIRK2 steps.
+#[test]
+fn order_in_time() {
+    for (scheme, order) in [(TimeScheme::BackwardEuler, 1.0), (TimeScheme::Sdirk2, 2.0)] {
+        let (coarse, fine) = (ramp_error(40, 20, scheme), ramp_error(40, 40, scheme));
+        let observed = (coarse / fine).abs().log2();
+        assert!((observed - order).abs() < 0.25, "{scheme:?}: {coarse:e} {fine:e}, order {observed}");
+        if scheme == TimeScheme::Sdirk2 {
+            assert!(fine.abs() < 1e-3, "{fine:e}");
+        }
+    }
+}
+
+/// Goal: order in space: the work-conjugate reaction of Q2/Q1 converges at least quadratically.
+/// Set-up: 2 to 8 layers, 400 SDIRK2 steps. Tolerance: observed order at least 2, error below 0.1 % with 8.
+#[test]
+fn order_in_space() {
+    let errors = [2, 4, 8].map(|layers| ramp_error(layers, 400, TimeScheme::Sdirk2).abs());
+    let order = (errors[0] / errors[1]).log2();
+    assert!(order > 2.0, "{errors:?}");
+    assert!(errors[2] < 1e-3, "{errors:?}");
+}
+
+/// Goal: Terzaghi's degree of consolidation under a constant load.
+/// Set-up: 40 layers; in every step the displacement is chosen such that the force is the load.
+/// Reference: U(0.05, 0.2, 0.5) = 0.2523, 0.5041, 0.7640. Tolerance: 0.002.
+#[test]
+fn degree_of_consolidation() {
+    let mut stepper = column(40, TimeScheme::Sdirk2);
+    let load = 1e-6 * MODULUS * area();
+    let final_displacement = load * HEIGHT / (MODULUS * area());
+    let unit = HEIGHT * HEIGHT / CONSOLIDATION;
+    let (mut state, mut displacement) = (stepper.undeformed(0.0), 0.0);
+    let mut t = 1e-6_f64;
+    let mut checks = [(0.05, 0.2523), (0.2, 0.5041), (0.5, 0.7640)].into_iter().peekable();
+    while let Some(&(until, expected)) = checks.peek() {
+        let dt = (0.03 * t).min(until * unit - state.time);
+        // The problem is linear at this load: two trials give the velocity.
+        let mut trial = |v: f64| -> State {
+            stepper.step(&state, displacement, v, dt, &mut Statistics::default()).unwrap()
+        };
+        let v = final_displacement / unit;
+        let (f0, f1) = (trial(0.0).outputs.force, trial(v).outputs.force);
+        let velocity = v * (load - f0) / (f1 - f0);
+        state = trial(velocity);
+        displacement += velocity * dt;
+        t = state.time.max(1e-6) * 1.03;
+        assert!((state.outputs.force / load - 1.0).abs() < 1e-6);
+        if state.time > until * unit * (1.0 - 1e-9) {
+            let degree = displacement / final_displacement;
+            assert!((degree - expected).abs() < 2e-3, "U({until}) = {degree}, expected {expected}");
+            checks.next();
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! The model against closed forms, ordinary differential equations and an independent solver.
+
+mod balance;
+mod consolidation;
+mod discretisation;
+mod independent_curves;
+mod punch_on_block;
+mod relaxation;
+mod stepping;

@@ -1,0 +1,129 @@
+//! Viscous relaxation of one element in unconfined, drained compression.
+
+use poropunch::indentation::sample::Sample;
+use poropunch::indentation::step::Stepper;
+use poropunch::mesh::Mesh;
+use poropunch::parameters::{BoundaryParameters, GeometryParameters, TimeScheme};
+use poropunch::{Parameters, Statistics};
+use std::f64::consts::PI;
+use std::sync::Arc;
+use tests::{branch, poroelastic};
+
+const RADIUS: f64 = 1e-3;
+const HEIGHT: f64 = 1e-3;
+
+fn parameters(scheme: TimeScheme) -> Parameters {
+    let mut parameters = Parameters { material: poroelastic(200.0, 3000.0, 1e-6), ..Default::default() };
+    parameters.material.branches = vec![branch(800.0, -5.0, 0.5)];
+    parameters.geometry =
+        GeometryParameters { punch_radius: RADIUS, sample_radius: 1.1 * RADIUS, sample_height: HEIGHT };
+    parameters.boundary = BoundaryParameters {
+        bonded_punch: false,
+        bonded_bottom: false,
+        drained_punch: true,
+        ..Default::default()
+    };
+    parameters.solver.time_scheme = scheme;
+    parameters.solver.newton_tolerance = 1e-13;
+    parameters
+}
+
+/// Force after pressing by `strain` of the height within `ramp` and holding for as long, in `steps` each.
+fn element_force(scheme: TimeScheme, strain: f64, ramp: f64, steps: usize) -> f64 {
+    let mesh = Mesh::tensor(&[0.0, RADIUS], &[0.0, HEIGHT], RADIUS);
+    let mut stepper = Stepper::new(&parameters(scheme), Arc::new(Sample::from_mesh(mesh).unwrap()));
+    let mut state = stepper.undeformed(0.0);
+    let (dt, depth) = (ramp / steps as f64, strain * HEIGHT);
+    for k in 0..2 * steps {
+        let (start, v) =
+            if k < steps { (depth * k as f64 / steps as f64, depth / ramp) } else { (depth, 0.0) };
+        state = stepper.step(&state, start, v, dt, &mut Statistics::default()).unwrap();
+    }
+    state.outputs.force
+}
+
+/// The same by integrating the flow rule `d eps_e / dt = d eps / dt - beta / (2 eta)` of the deviatoric
+/// elastic strain with the classical Runge-Kutta method; the lateral stretch follows from zero stress.
+/// Shares nothing with the element but the parameters.
+fn ode_force(strain: f64, ramp: f64, steps: usize) -> f64 {
+    let p = parameters(TimeScheme::BackwardEuler).material;
+    let (n, s) = (p.n0s, 1.0 - p.n0s);
+    let b = p.branches[0];
+    let ogden = |mu: f64, alpha: f64, e: f64| {
+        // Axial deviatoric strain e, lateral -e/2: axial deviatoric stress.
+        let (q_z, q_r) = ((alpha * e).exp(), (-0.5 * alpha * e).exp());
+        mu * (2.0 / 3.0) * (q_z - q_r)
+    };
+    // State: axial viscous strain (deviatoric). eps_z(t) is given; eps_r solves tau_r = 0.
+    let axial = |t: f64| (1.0 - strain * (t / ramp).min(1.0)).ln();
+    let stresses = |eps_z: f64, eps_v: f64| {
+        let tau = |eps_r: f64| {
+            let j = (eps_z + 2.0 * eps_r).exp();
+            let e = 2.0 / 3.0 * (eps_z - eps_r);
+            let beta = ogden(b.ogden.mu, b.ogden.alpha, e - eps_v);
+            let dev = ogden(p.equilibrium.mu, p.equilibrium.alpha, e) + beta;
+            let vol = p.lambda_star * s * s * (j / s - j / (j - n));
+            (vol - 0.5 * dev, vol + dev, beta)
+        };
+        let (mut low, mut high) = (-1.0, 1.0);
+        for _ in 0..80 {
+            let middle = 0.5 * (low + high);
+            if tau(middle).0 > 0.0 { high = middle } else { low = middle }
+        }
+        let (_, tau_z, beta) = tau(low);
+        // Kirchhoff stress over the axial stretch is force per reference area.
+        (tau_z / eps_z.exp(), beta)
+    };
+    let rate = |t: f64, eps_v: f64| stresses(axial(t), eps_v).1 / (2.0 * b.eta);
+    let (dt, mut eps_v) = (ramp / steps as f64, 0.0);
+    for k in 0..2 * steps {
+        let t = k as f64 * dt;
+        let k1 = rate(t, eps_v);
+        let k2 = rate(t + 0.5 * dt, eps_v + 0.5 * dt * k1);
+        let k3 = rate(t + 0.5 * dt, eps_v + 0.5 * dt * k2);
+        let k4 = rate(t + dt, eps_v + dt * k3);
+        eps_v += dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+    }
+    -stresses(axial(2.0 * ramp), eps_v).0 * PI * RADIUS * RADIUS
+}
+
+/// Goal: finite-strain viscous flow, order in time.
+/// Set-up: 30 % compression in 0.6 s, relaxation time 0.5 s, hold 0.6 s.
+/// Reference: Runge-Kutta with 400 steps. Tolerance: order within 0.15 of 1 (backward Euler) and of 2
+/// (SDIRK2); SDIRK2 with 80 steps within 1e-4.
+#[test]
+fn finite_strain_relaxation_against_an_ode() {
+    let reference = ode_force(0.3, 0.6, 400);
+    for (scheme, order) in [(TimeScheme::BackwardEuler, 1.0), (TimeScheme::Sdirk2, 2.0)] {
+        let error = |steps| element_force(scheme, 0.3, 0.6, steps) / reference - 1.0;
+        let (coarse, fine) = (error(40), error(80));
+        let observed = (coarse / fine).abs().log2();
+        assert!((observed - order).abs() < 0.15, "{scheme:?}: {coarse:e} {fine:e}, order {observed}");
+        if scheme == TimeScheme::Sdirk2 {
+            assert!(fine.abs() < 1e-4, "{fine:e}");
+        }
+    }
+}
+
+/// Goal: the small-strain relaxation time is eta / (mu alpha / 2).
+/// Set-up: 0.01 % compression in a tiny ramp; drained bulk so stiff that the branch alone relaxes.
+/// Reference: force(t) - force(inf) falls by exp(-1) in 0.5 s. Tolerance: 0.5 %.
+#[test]
+fn small_strain_relaxation_time() {
+    let mut parameters = parameters(TimeScheme::Sdirk2);
+    parameters.material.lambda_star = 1e8;
+    let mesh = Mesh::tensor(&[0.0, RADIUS], &[0.0, HEIGHT], RADIUS);
+    let mut stepper = Stepper::new(&parameters, Arc::new(Sample::from_mesh(mesh).unwrap()));
+    let mut statistics = Statistics::default();
+    let (depth, ramp) = (1e-4 * HEIGHT, 1e-6);
+    let mut state = stepper.undeformed(0.0);
+    state = stepper.step(&state, 0.0, depth / ramp, ramp, &mut statistics).unwrap();
+    let mut forces = vec![state.outputs.force];
+    for _ in 0..600 {
+        state = stepper.step(&state, depth, 0.0, 0.01, &mut statistics).unwrap();
+        forces.push(state.outputs.force);
+    }
+    let end = forces[600];
+    let decay = ((forces[0] - end) / (forces[50] - end)).ln();
+    approx::assert_relative_eq!(0.5 / decay, 0.5, max_relative = 5e-3);
+}

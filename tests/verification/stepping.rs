@@ -1,0 +1,129 @@
+//! Communication steps, saving and restoring, bad input.
+
+use poropunch::parameters::MeshPreset;
+use poropunch::{Instance, Model, Parameters, StepError};
+use tests::DEPTH;
+
+fn coarse() -> Model {
+    let mut parameters = Parameters::default();
+    parameters.mesh.preset = MeshPreset::Coarse;
+    Model::new(parameters).unwrap()
+}
+
+/// Forces at 0.625 s and 20.625 s of P2 when a master slices time into `slices` per phase.
+fn sliced(model: &Model, slices: usize) -> [f64; 2] {
+    let mut instance = Instance::new(model, 0.0).unwrap();
+    let mut forces = [0.0; 2];
+    for (phase, (duration, from, to)) in [(0.625, 0.0, DEPTH), (20.0, DEPTH, DEPTH)].into_iter().enumerate() {
+        for k in 1..=slices {
+            instance.set_displacement(from + (to - from) * k as f64 / slices as f64);
+            instance.advance(duration / slices as f64).unwrap();
+        }
+        forces[phase] = instance.outputs().force;
+    }
+    forces
+}
+
+/// Goal: the force does not depend on how a master slices time.
+/// Set-up: P2 in 1, 7 and 1000 communication steps per phase. Tolerance: 0.1 % (observed: none).
+#[test]
+fn communication_steps_do_not_matter() {
+    let model = coarse();
+    let one = sliced(&model, 1);
+    for slices in [7, 1000] {
+        for (a, b) in one.iter().zip(sliced(&model, slices)) {
+            approx::assert_relative_eq!(*a, b, max_relative = 1e-3);
+        }
+    }
+}
+
+/// Goal: interpolation between steps is as good as the steps. Set-up: P2's hold sampled at 50 times
+/// against a run with a hundredfold tighter tolerance. Tolerance: 0.2 %.
+#[test]
+fn dense_output_is_accurate() {
+    let model = coarse();
+    let mut tight = model.parameters().clone();
+    tight.solver.tolerance = 1e-5;
+    let curve = |model: &Model| -> Vec<f64> {
+        let mut instance = Instance::new(model, 0.0).unwrap();
+        instance.set_displacement(DEPTH);
+        instance.advance(0.625).unwrap();
+        (0..50)
+            .map(|k| {
+                instance.advance(0.02 * 1.15_f64.powi(k)).unwrap();
+                instance.outputs().force
+            })
+            .collect()
+    };
+    for (k, (a, b)) in curve(&model).iter().zip(curve(&Model::new(tight).unwrap())).enumerate() {
+        assert!((a / b - 1.0).abs() < 2e-3, "sample {k}: {a} against {b}");
+    }
+}
+
+/// Goal: saving and restoring is bit-identical, in the same and in another instance, in the middle of a
+/// step that was integrated ahead.
+#[test]
+fn restored_runs_are_bit_identical() {
+    let model = coarse();
+    let mut first = Instance::new(&model, -1e-4).unwrap();
+    let mut second = Instance::new(&model, 0.0).unwrap();
+    first.set_displacement(3e-4);
+    first.advance(0.25).unwrap();
+    let snapshot = first.save();
+    let run = |instance: &mut Instance| -> Vec<u64> {
+        instance.restore(&snapshot).unwrap();
+        let mut bits = Vec::new();
+        for k in 0..40 {
+            instance.set_displacement(3e-4 + 1e-5 * f64::from(k.min(20)));
+            instance.advance(0.007).unwrap();
+            let o = instance.outputs();
+            bits.extend([o.force.to_bits(), o.force_fluid.to_bits(), o.stored_energy.to_bits()]);
+        }
+        bits
+    };
+    let reference = run(&mut first);
+    assert_eq!(reference, run(&mut first));
+    assert_eq!(reference, run(&mut second));
+}
+
+/// Goal: above the surface there is no force; touch happens at zero displacement inside a step.
+#[test]
+fn starts_above_the_surface() {
+    let model = coarse();
+    let mut gap = Instance::new(&model, -1e-4).unwrap();
+    gap.set_displacement(-5e-5);
+    gap.advance(0.05).unwrap();
+    assert_eq!(gap.outputs().force, 0.0);
+    gap.set_displacement(2e-4);
+    gap.advance(0.25).unwrap();
+    let mut touching = Instance::new(&model, 0.0).unwrap();
+    touching.set_displacement(2e-4);
+    touching.advance(0.2).unwrap();
+    approx::assert_relative_eq!(gap.outputs().force, touching.outputs().force, max_relative = 1e-9);
+}
+
+/// Goal: what cannot be simulated is an error with a reason, and the instance stays usable.
+#[test]
+fn errors_leave_the_instance_usable() {
+    let model = coarse();
+    let mut instance = Instance::new(&model, 0.0).unwrap();
+    instance.set_displacement(1e-4);
+    instance.advance(0.1).unwrap();
+    let before = instance.save();
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(instance.advance(bad), Err(StepError::BadDuration(_))));
+    }
+    instance.set_displacement(f64::NAN);
+    assert!(matches!(instance.advance(0.1), Err(StepError::BadDisplacement(_))));
+    instance.set_displacement(0.02);
+    assert!(matches!(instance.advance(0.1), Err(StepError::TooDeep { .. })));
+    instance.set_displacement(-1e-4);
+    assert!(matches!(instance.advance(0.1), Err(StepError::Retraction { .. })));
+    instance.set_displacement(1e-5);
+    assert!(matches!(instance.advance(0.01), Err(StepError::Retraction { .. })));
+    instance.restore(&before).unwrap();
+    instance.set_displacement(2e-4);
+    instance.advance(0.1).unwrap();
+    assert!(instance.outputs().force > 0.0);
+    assert!(matches!(Instance::new(&model, 1e-6), Err(StepError::StartsInside(_))));
+}
