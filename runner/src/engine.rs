@@ -1,9 +1,9 @@
 //! An FMU that answers jobs: the library loaded once, a pool of instances, and the cache before it.
 
 use crate::cache::{Cache, EngineId, Key, Recording};
-use crate::fmi::{Fmu, FmiError};
-use crate::pool::wiring::{Names, Wiring, WiringError};
+use crate::fmi::{FmiError, Fmu};
 use crate::pool::run::WeakRun;
+use crate::pool::wiring::{Names, Wiring, WiringError};
 use crate::pool::{FmuSimulator, Job, Pool, Priority, Run, RunFailure, Simulator};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -78,7 +78,8 @@ impl Engine {
         let binary = std::fs::read(fmu.library()).unwrap_or_default();
         let id = EngineId::new(&description.guid, &binary, &wiring.identity());
         let directory = options.cache.as_deref();
-        let cannot = |source| EngineError::Cache { directory: directory.unwrap_or(Path::new("")).into(), source };
+        let cannot =
+            |source| EngineError::Cache { directory: directory.unwrap_or(Path::new("")).into(), source };
         let cache = Arc::new(Cache::new(id, directory).map_err(cannot)?);
         let model = description.model_name.clone();
         let own = description.model_identifier == OWN;

@@ -104,7 +104,10 @@ mod tests {
             values: vec![vec![12e-3], vec![5e-3], vec![2.5e-6]],
         };
         let text = curve_csv(&curve, &["one".into()]);
-        assert_eq!(text, "# one\ntime_s,displacement_mm,force_mN,force_fluid_mN,stored_energy_uJ\n0.1,1,12,5,2.5\n");
+        assert_eq!(
+            text,
+            "# one\ntime_s,displacement_mm,force_mN,force_fluid_mN,stored_energy_uJ\n0.1,1,12,5,2.5\n"
+        );
     }
 
     #[test]

@@ -147,7 +147,8 @@ pub fn number_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingEr
 /// The first that cannot be used.
 pub fn settings_from(wiring: &Wiring, texts: &[String]) -> Result<BTreeMap<String, f64>, SettingError> {
     let one = |text: &String| {
-        let (name, value) = split_assignment(text).ok_or_else(|| SettingError::NotAnAssignment(text.clone()))?;
+        let (name, value) =
+            split_assignment(text).ok_or_else(|| SettingError::NotAnAssignment(text.clone()))?;
         let variable = variable_named(wiring, name)?;
         Ok((variable.name.clone(), number_in(variable, value)?))
     };

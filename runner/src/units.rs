@@ -135,7 +135,8 @@ pub fn parse_quantity(text: &str, dimension: Option<Dimension>) -> Result<f64, U
         return Ok(value);
     }
     let known = || dimension.map_or_else(|| "none, give the bare SI value".to_owned(), known_units);
-    let found = Unit::parse(unit).ok_or_else(|| UnitError::Unknown { unit: unit.to_owned(), known: known() })?;
+    let found =
+        Unit::parse(unit).ok_or_else(|| UnitError::Unknown { unit: unit.to_owned(), known: known() })?;
     match dimension {
         Some(expected) if expected != found.dimension => {
             Err(UnitError::WrongDimension { unit: unit.to_owned(), expected, known: known() })

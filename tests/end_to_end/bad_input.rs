@@ -2,15 +2,24 @@
 
 use crate::program::{directory, fail, text};
 
-const GOOD: &str = "time_s,displacement_mm,force_mN\n0,-0.1,0\n0.1,0,0\n0.2,0.1,2\n0.3,0.2,3\n0.4,0.3,4\n0.5,0.3,3\n";
+const GOOD: &str =
+    "time_s,displacement_mm,force_mN\n0,-0.1,0\n0.1,0,0\n0.2,0.1,2\n0.3,0.2,3\n0.4,0.3,4\n0.5,0.3,3\n";
 
 /// (what, text of the file, parts of the message)
 #[test]
 fn bad_measurements() {
     let cases: &[(&str, String, &[&str])] = &[
-        ("missing column", GOOD.replace(",force_mN", ",force_std_mN"), &["no column for the force", "force_mN"]),
+        (
+            "missing column",
+            GOOD.replace(",force_mN", ",force_std_mN"),
+            &["no column for the force", "force_mN"],
+        ),
         ("unknown column", GOOD.replace(",force_mN", ",mood"), &["line 1", "`mood`", "rename or remove"]),
-        ("wrong unit", GOOD.replace("force_mN", "force_mm"), &["line 1", "`mm` is not a unit of force", "mN"]),
+        (
+            "wrong unit",
+            GOOD.replace("force_mN", "force_mm"),
+            &["line 1", "`mm` is not a unit of force", "mN"],
+        ),
         ("no unit", GOOD.replace("time_s", "time"), &["line 1", "`time`", "time_s"]),
         ("time", GOOD.replace("0.3,0.2", "0.2,0.2"), &["line 5", "`time`", "does not come after", "sort"]),
         ("nan", GOOD.replace("0.1,2", "0.1,nan"), &["line 4", "`force_mN`", "not a finite number"]),
@@ -18,8 +27,11 @@ fn bad_measurements() {
         ("ragged", GOOD.replace("0.1,2", "0.1"), &["line 4", "2 fields"]),
         ("empty", String::new(), &["empty", "header"]),
         ("header only", GOOD.lines().next().unwrap_or("").to_owned(), &["0 points are too few"]),
-        ("never touches", GOOD.replace("0.1,2", "-0.1,2").replace(",0.2,", ",-0.2,").replace(",0.3,", ",-0.3,"),
-            &["never touches", "sign"]),
+        (
+            "never touches",
+            GOOD.replace("0.1,2", "-0.1,2").replace(",0.2,", ",-0.2,").replace(",0.3,", ",-0.3,"),
+            &["never touches", "sign"],
+        ),
         ("starts inside", GOOD.replace("-0.1,0", "0.05,0"), &["starts inside", "before first touch"]),
         ("too deep", GOOD.replace("_mm,", "_m,"), &["10 mm high", "unit of the displacement column"]),
     ];
@@ -39,7 +51,10 @@ fn bad_measurements() {
 #[test]
 fn bad_options() {
     let cases: &[(&[&str], &[&str])] = &[
-        (&["--set", "material.permeabilty=1"], &["no parameter `material.permeabilty`", "did you mean material.permeability"]),
+        (
+            &["--set", "material.permeabilty=1"],
+            &["no parameter `material.permeabilty`", "did you mean material.permeability"],
+        ),
         (&["--set", "material.permeability"], &["NAME=VALUE"]),
         (&["--set", "material.n0s=2"], &["material.n0s", "outside its bounds"]),
         (&["--set", "material.lambda_star=2mm"], &["`mm` is not a unit of Pressure"]),

@@ -51,14 +51,18 @@ fn failing_runs_shrink_the_step_and_are_counted() {
     let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
     measurement(&data, 3.0, 8.0, 1.2);
     // From far below, the first steps overshoot into the region where the FMU refuses.
-    let arguments = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--set", "k_limit=3.2"];
+    let arguments =
+        ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--set", "k_limit=3.2"];
     let fit = ["--free", "k_slow,k_fast", "--start", "k_slow=0.5", "--bounds", "k_slow=0.1:100"];
     let more = ["--bounds", "k_fast=0.1:100", "--set", "tau=1.2"];
     succeed(&[&arguments[..], &fit[..], &more[..], &WIRING[..]].concat());
     let result = json(&out.join("result.json"));
     let slow = row(&result, "parameters", "k_slow")["value"].as_f64().expect("a number");
     assert!((slow / 3.0 - 1.0).abs() < 5e-3, "{slow}");
-    assert!(result["runs"]["failed"].as_u64().expect("a count") > 0, "nothing failed: the test tests nothing");
+    assert!(
+        result["runs"]["failed"].as_u64().expect("a count") > 0,
+        "nothing failed: the test tests nothing"
+    );
     let reasons = result["runs"]["failures"].to_string();
     assert!(reasons.contains("too stiff for this solver"), "{reasons}");
 }
@@ -102,7 +106,8 @@ fn report_renders_again() {
 fn batch_runs_every_set_and_reports_failures() {
     let d = directory();
     let (fmu, sets, out) = (build(d.path()), d.path().join("sets.csv"), d.path().join("out"));
-    std::fs::write(&sets, "name,k_slow,tau [ms]\nsoft,1,2000\nstiff,5,2000\nrefused,50,2000\n").expect("a file");
+    std::fs::write(&sets, "name,k_slow,tau [ms]\nsoft,1,2000\nstiff,5,2000\nrefused,50,2000\n")
+        .expect("a file");
     let arguments = ["batch", text(&sets), "--fmu", text(&fmu), "--out", text(&out), "--set", "k_limit=10"];
     let printed = succeed(&[&arguments[..], &WIRING[..]].concat());
     assert!(printed.contains("3 runs, 1 failed"), "{printed}");

@@ -58,7 +58,8 @@ fn a_killed_fit_resumes_to_the_same_result() {
     let resume = ["identify", "--resume", "--out", text(&killed), "--jobs", "2"];
     // Killed early and late, and once with a damaged entry.
     for runs in [1, 9] {
-        let mut child = start_until(runs, if runs == 1 { &arguments } else { &resume }, &killed.join("cache"));
+        let mut child =
+            start_until(runs, if runs == 1 { &arguments } else { &resume }, &killed.join("cache"));
         child.kill().expect("SIGKILL");
         child.wait().expect("its end");
         assert!(!killed.join("result.json").exists());
@@ -89,7 +90,9 @@ fn ctrl_c_stops_cleanly_and_keeps_the_best_point() {
     let result = json(&out.join("result.json"));
     assert_eq!(result["fit"]["stop"], "stop_requested", "{error}");
     succeed(&["identify", "--resume", "--out", text(&out), "--jobs", "2"]);
-    assert!(json(&out.join("result.json"))["fit"]["stop_text"].as_str().expect("text").starts_with("converged"));
+    assert!(
+        json(&out.join("result.json"))["fit"]["stop_text"].as_str().expect("text").starts_with("converged")
+    );
 }
 
 #[test]

@@ -18,8 +18,18 @@ fn beginning(directory: &Path, until: f64) -> PathBuf {
 fn simulate_p2_by_name() {
     let d = directory();
     let out = d.path().join("P2");
-    let printed =
-        succeed(&["simulate", "P2", "--mesh", "coarse", "--record", "all", "--out", text(&out), "--points", "60"]);
+    let printed = succeed(&[
+        "simulate",
+        "P2",
+        "--mesh",
+        "coarse",
+        "--record",
+        "all",
+        "--out",
+        text(&out),
+        "--points",
+        "60",
+    ]);
     assert!(printed.contains("peak force"), "{printed}");
     let csv = out.with_extension("csv");
     let force = column(&csv, "force_mN");
@@ -83,7 +93,11 @@ fn a_model_that_refuses_its_parameters_says_so() {
 #[test]
 fn help_lists_every_parameter_with_its_unit() {
     let help = succeed(&["simulate", "--help"]);
-    for line in ["material.permeability [mm^2] = 0.0000000023", "material.branch[2].eta [Pa s] = 4680", "mesh.preset = standard"] {
+    for line in [
+        "material.permeability [mm^2] = 0.0000000023",
+        "material.branch[2].eta [Pa s] = 4680",
+        "mesh.preset = standard",
+    ] {
         assert!(help.contains(line), "{line} is not in\n{help}");
     }
 }

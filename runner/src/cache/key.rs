@@ -102,8 +102,14 @@ mod tests {
             Key::of(engine, &job(&[("a", 1.0)], &[0.0, 1.0], 1e-3)),
             Key::of(engine, &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 0.5], 1e-3)),
             Key::of(engine, &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 2e-3)),
-            Key::of(EngineId::new("guid", b"binarz", "wiring"), &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 1e-3)),
-            Key::of(EngineId::new("guidb", b"inary", "wiring"), &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 1e-3)),
+            Key::of(
+                EngineId::new("guid", b"binarz", "wiring"),
+                &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 1e-3),
+            ),
+            Key::of(
+                EngineId::new("guidb", b"inary", "wiring"),
+                &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 1e-3),
+            ),
         ];
         assert!(others.iter().all(|k| *k != base));
     }

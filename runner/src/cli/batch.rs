@@ -58,7 +58,8 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let runs: Vec<Run> = sets.iter().map(submit).collect();
 
     let progress = Progress::of_runs(sets.len() as u64);
-    let mut summary = "name,status,peak_force_mN,peak_time_s,last_force_mN,relaxation_percent,reason\n".to_owned();
+    let mut summary =
+        "name,status,peak_force_mN,peak_time_s,last_force_mN,relaxation_percent,reason\n".to_owned();
     let mut failed = 0;
     for (set, run) in sets.iter().zip(&runs) {
         match run.wait() {
@@ -67,9 +68,11 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
                 let file = arguments.out.join(format!("{}.csv", set.name));
                 write_file(&file, curve_csv(&curve, &[comment]).as_bytes())?;
                 let shape = Shape::of(&curve.time_s, curve.force_n());
-                let (peak, last) = (shape.peak_n * 1e3, curve.force_n().last().copied().unwrap_or_default() * 1e3);
+                let (peak, last) =
+                    (shape.peak_n * 1e3, curve.force_n().last().copied().unwrap_or_default() * 1e3);
                 let relaxation = shape.relaxation * 100.0;
-                let _ = writeln!(summary, "{},ok,{peak},{},{last},{relaxation},", set.name, shape.peak_time_s);
+                let _ =
+                    writeln!(summary, "{},ok,{peak},{},{last},{relaxation},", set.name, shape.peak_time_s);
             }
             Err(RunFailure::Cancelled) => {
                 let _ = writeln!(summary, "{},cancelled,,,,,", set.name);
@@ -122,7 +125,8 @@ fn read_sets(
                 continue;
             }
             let variable = variable_named(engine.wiring(), name)?;
-            let value = number_in(variable, &format!("{field}{unit}")).map_err(|e| at(line, e.to_string()))?;
+            let value =
+                number_in(variable, &format!("{field}{unit}")).map_err(|e| at(line, e.to_string()))?;
             set.parameters.insert(name.clone(), value);
         }
         if sets.iter().any(|s: &Set| s.name == set.name) {

@@ -47,8 +47,7 @@ impl EngineArguments {
         cache: Option<PathBuf>,
         stop: &Arc<AtomicBool>,
     ) -> Result<Engine, EngineError> {
-        let names =
-            Names { input: self.input.clone(), output: self.output.clone(), extra: extra.to_vec() };
+        let names = Names { input: self.input.clone(), output: self.output.clone(), extra: extra.to_vec() };
         let (fmu, stop) = (self.fmu.clone(), Arc::clone(stop));
         Engine::new(&EngineOptions { fmu, names, workers: self.jobs, cache, stop })
     }

@@ -62,7 +62,12 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         let chi = record.chi_square;
         progress.show(
             done as u64,
-            format!("start {}/{}, iteration {}: chi^2 = {chi:.4}, {runs} runs", start + 1, options.starts, record.iteration),
+            format!(
+                "start {}/{}, iteration {}: chi^2 = {chi:.4}, {runs} runs",
+                start + 1,
+                options.starts,
+                record.iteration
+            ),
         );
     };
     let found = identify(&engine, &fitted, &parameters, &options, &mut observe);
@@ -83,7 +88,9 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         eprintln!("warning: {reason}");
     }
     if let Some(trouble) = engine.cache().trouble() {
-        eprintln!("warning: runs could not be kept in the cache ({trouble}); results are complete, but --resume would repeat them");
+        eprintln!(
+            "warning: runs could not be kept in the cache ({trouble}); results are complete, but --resume would repeat them"
+        );
     }
     Ok(if engine.is_stopped() { Ending::Interrupted } else { Ending::Complete })
 }
@@ -142,7 +149,9 @@ fn check_points(datasets: &[Dataset], parameters: &ParameterMap) -> Result<(), S
     if points > free {
         return Ok(());
     }
-    Err(format!("{points} points cannot determine {free} parameters: fix some with --fix, or measure more points"))
+    Err(format!(
+        "{points} points cannot determine {free} parameters: fix some with --fix, or measure more points"
+    ))
 }
 
 /// What a reader of the report needs to repeat the fit.

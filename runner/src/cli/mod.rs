@@ -3,6 +3,7 @@
 mod batch;
 pub mod engine_args;
 mod identify;
+mod package;
 mod plots;
 mod progress;
 mod protocols;
@@ -47,6 +48,8 @@ enum Command {
     Batch(batch::Arguments),
     /// Render the HTML page of an earlier identification again.
     Report(report::Arguments),
+    /// Write the FMU archive, and check it.
+    Package(package::Arguments),
 }
 
 /// Runs the command line; what the program's `main` returns.
@@ -69,6 +72,7 @@ pub fn main() -> ExitCode {
         Command::Validate(arguments) => validate::run(arguments, &stop),
         Command::Batch(arguments) => batch::run(arguments, &stop),
         Command::Report(arguments) => report::run(arguments),
+        Command::Package(arguments) => package::run(arguments),
     };
     match result {
         Ok(Ending::Complete) => ExitCode::SUCCESS,

@@ -38,8 +38,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let recorded = ["force_solid", "force_fluid"].map(str::to_owned);
     let engine = arguments.engine.engine(&recorded, None, stop)?;
     let values = settings_from(engine.wiring(), &arguments.engine.settings())?;
-    let weights =
-        Weights { noise: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
+    let weights = Weights { noise: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
     let height = sample_height(&engine, &arguments.engine)?;
     let datasets: Vec<Dataset> =
         arguments.measurements.iter().map(|f| dataset(f, &weights, height)).collect::<Result<_, _>>()?;

@@ -144,8 +144,12 @@ impl Problem {
         match self {
             Self::Unreadable(_) => "check the path and the permissions".into(),
             Self::NotText => "save the file as CSV in UTF-8".into(),
-            Self::Empty => "the file needs a header such as `time_s,displacement_mm,force_mN` and rows".into(),
-            Self::NoHeader => "put `time_s,displacement_mm,force_mN` (with your units) above the numbers".into(),
+            Self::Empty => {
+                "the file needs a header such as `time_s,displacement_mm,force_mN` and rows".into()
+            }
+            Self::NoHeader => {
+                "put `time_s,displacement_mm,force_mN` (with your units) above the numbers".into()
+            }
             Self::MissingColumn(what) => format!("add or rename one, for example `{}`", example_of(what)),
             Self::UnknownColumn => "rename or remove it; known are time, displacement, force, force_std, \
                  force_q25, force_q75, force_solid, force_fluid (each with its unit), specimen, and specimen \
@@ -164,7 +168,9 @@ impl Problem {
             Self::NonMonotonicTime { .. } => {
                 "sort the rows by time and remove repeated ones; several tests need one file each".into()
             }
-            Self::NegativeSpread(_) => "a spread is a standard deviation, or quartiles with q25 <= q75".into(),
+            Self::NegativeSpread(_) => {
+                "a spread is a standard deviation, or quartiles with q25 <= q75".into()
+            }
             Self::TooFewPoints { .. } => "measure or export more points of the loading and the hold".into(),
             Self::NeverTouches { .. } => {
                 "displacement is positive into the sample, 0 at its surface; check sign, zero and unit".into()

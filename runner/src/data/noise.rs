@@ -137,7 +137,8 @@ mod tests {
     /// Ten specimens that differ by a factor (sd `scatter`) and by white noise of 0.07 mN.
     fn measurement(scatter: f64) -> Measurement {
         let mut normal = Normal(7);
-        let truth: Vec<f64> = (0..300).map(|i| if i < 100 { 0.0 } else { 5e-3 + 1e-5 * f64::from(i) }).collect();
+        let truth: Vec<f64> =
+            (0..300).map(|i| if i < 100 { 0.0 } else { 5e-3 + 1e-5 * f64::from(i) }).collect();
         let specimens: Vec<Vec<f64>> = (0..10)
             .map(|_| {
                 let factor = 1.0 + scatter * normal.next();

@@ -87,8 +87,13 @@ pub fn read_str(text: &str, file: &Path, wanted: Wanted) -> Result<Measurement, 
     }
     let comments = text.lines().filter_map(|l| l.strip_prefix('#')).map(|c| c.trim().to_owned());
     let name = file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let described =
-        Measurement { name, file: file.to_owned(), comments: comments.collect(), notes, ..Measurement::default() };
+    let described = Measurement {
+        name,
+        file: file.to_owned(),
+        comments: comments.collect(),
+        notes,
+        ..Measurement::default()
+    };
     let measurement = table.into_measurement(described).map_err(|p| fail(None, None, p))?;
     check_motion(&measurement).map_err(|p| fail(None, None, p))?;
     Ok(measurement)
@@ -179,9 +184,10 @@ impl Table {
             m.specimens_n.push(rows.iter().filter_map(|r| r.force).collect());
             for (specimen, rows) in groups {
                 let same = rows.len() == m.len()
-                    && rows.iter().zip(m.time_s.iter().zip(&m.displacement_m)).all(|(r, (t, d))| {
-                        (r.time - t).abs() < 1e-9 && (r.displacement - d).abs() < 1e-7
-                    });
+                    && rows
+                        .iter()
+                        .zip(m.time_s.iter().zip(&m.displacement_m))
+                        .all(|(r, (t, d))| (r.time - t).abs() < 1e-9 && (r.displacement - d).abs() < 1e-7);
                 if !same {
                     return Err(Problem::SpecimensDiffer { specimen, first });
                 }
@@ -248,7 +254,8 @@ fn check_columns(columns: &[Column], wanted: Wanted) -> Result<(), (Option<Strin
     if find(Q::Displacement).is_none() {
         return missing("displacement");
     }
-    let force_known = find(Q::Force).is_some() || (find(Q::SpecimenForce).is_some() && find(Q::Specimen).is_none());
+    let force_known =
+        find(Q::Force).is_some() || (find(Q::SpecimenForce).is_some() && find(Q::Specimen).is_none());
     if wanted == Wanted::MotionAndForce && !force_known {
         return missing("force");
     }

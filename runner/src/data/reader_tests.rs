@@ -44,7 +44,10 @@ fn units_are_converted() {
 #[test]
 fn specimen_columns_give_median_and_spread() {
     let text = GOOD.replace("force_mN", "s01,s02,s03");
-    let text: String = text.lines().map(|l| if l.starts_with('t') { format!("{l}\n") } else { format!("{l},1,5\n") }).collect();
+    let text: String = text
+        .lines()
+        .map(|l| if l.starts_with('t') { format!("{l}\n") } else { format!("{l},1,5\n") })
+        .collect();
     let m = parse(&text).unwrap();
     assert_eq!(m.specimens_n.len(), 3);
     assert_eq!(m.force_n, [1.0, 1.0, 2.0, 3.0, 4.0].map(|f| f * 1e-3));
@@ -54,7 +57,8 @@ fn specimen_columns_give_median_and_spread() {
 #[test]
 fn a_specimen_column_groups_the_rows() {
     let rows = GOOD.lines().skip(1);
-    let body: String = ["a", "b"].iter().flat_map(|s| rows.clone().map(move |r| format!("{s},{r}\n"))).collect();
+    let body: String =
+        ["a", "b"].iter().flat_map(|s| rows.clone().map(move |r| format!("{s},{r}\n"))).collect();
     let m = parse(&format!("specimen,time_s,displacement_mm,force_mN\n{body}")).unwrap();
     assert_eq!((m.len(), m.specimens_n.len()), (5, 2));
     let shifted = body.replace("b,0.4", "b,0.5");
@@ -66,7 +70,9 @@ fn a_specimen_column_groups_the_rows() {
 fn quartiles_become_a_deviation() {
     let text: String = GOOD
         .lines()
-        .map(|l| if l.starts_with('t') { format!("{l},force_q25_mN,force_q75_mN\n") } else { format!("{l},1,3\n") })
+        .map(|l| {
+            if l.starts_with('t') { format!("{l},force_q25_mN,force_q75_mN\n") } else { format!("{l},1,3\n") }
+        })
         .collect();
     assert!((parse(&text).unwrap().spread_n.unwrap()[0] - 1.482_602e-3).abs() < 1e-8);
     let error = failure(&text.replace(",1,3", ",3,1"));
@@ -96,7 +102,10 @@ fn every_bad_file_is_named_with_place_and_remedy() {
         assert_eq!(error.line, *line, "{what}: {error}");
         assert_eq!(error.column.as_deref(), *column, "{what}: {error}");
         let text = error.to_string();
-        assert!(text.contains(message) && text.contains("remedy: ") && text.contains("P9.csv"), "{what}: {text}");
+        assert!(
+            text.contains(message) && text.contains("remedy: ") && text.contains("P9.csv"),
+            "{what}: {text}"
+        );
     }
 }
 

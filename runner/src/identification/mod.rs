@@ -11,9 +11,7 @@ pub use settings::{FitSettings, Settings, SettingsError, Source};
 
 use crate::engine::Engine;
 use crate::fit::multi_start::minimise_from_many;
-use crate::fit::{
-    CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options,
-};
+use crate::fit::{CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options};
 use crate::objective::{Dataset, JacobianLoad, Objective, ParameterMap};
 use crate::pool::{ForceCurve, Priority, Run};
 use std::collections::BTreeMap;
@@ -48,6 +46,9 @@ pub struct Identification {
 
 /// Drawn starts that are refined to the end; the others are only screened.
 const REFINED: usize = 8;
+/// An iteration that lowers chi^2 by a smaller part ends the fit: with some hundred points that is a hundredth of
+/// a unit of chi^2, far below the noise, and spares the slide along directions that the data do not feel.
+const CHI_SQUARE_TOLERANCE: f64 = 1e-4;
 /// A finite-difference Jacobian is not more accurate than this part of its largest singular value.
 const JACOBIAN_ACCURACY: f64 = 1e-4;
 
@@ -65,7 +66,11 @@ pub fn identify(
 ) -> Result<Identification, FitError> {
     let mut objective = Objective::new(engine, datasets, parameters, options.step);
     let many = MultiStartOptions { starts: options.starts.max(1), refined: REFINED, seed: options.seed };
-    let trust = Options { max_evaluations: options.max_evaluations, ..Options::for_log_parameters(JACOBIAN_ACCURACY) };
+    let trust = Options {
+        max_evaluations: options.max_evaluations,
+        chi_square_tolerance: CHI_SQUARE_TOLERANCE,
+        ..Options::for_log_parameters(JACOBIAN_ACCURACY)
+    };
     let mut watch = |start: usize, record: &IterationRecord| {
         observe(start, record);
         if engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -53,7 +53,8 @@ pub fn report(context: &Context, found: &Identification) -> Result<(FitReport, V
     let fixed = fixed_rows(c, &found.values);
     let complete = |values: &mut Values| complete(c, values);
     let noise = noise_of(c.fitted);
-    let derived = if c.engine.is_own() { material_quantities(branches(c, &found.values)) } else { Vec::new() };
+    let derived =
+        if c.engine.is_own() { material_quantities(branches(c, &found.values)) } else { Vec::new() };
     let assembly = Assembly {
         title: format!("Parameters identified from {}", names.join(", ")),
         created: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
@@ -118,7 +119,8 @@ fn fixed_rows(c: &Context, values: &BTreeMap<String, f64>) -> Vec<FixedRow> {
 
 /// Whether the branch that a parameter belongs to (if any) is present: its mu is not 0.
 fn has_branch(c: &Context, name: &str, values: &BTreeMap<String, f64>) -> bool {
-    let Some((branch, _)) = name.strip_prefix("material.branch[").and_then(|rest| rest.split_once(']')) else {
+    let Some((branch, _)) = name.strip_prefix("material.branch[").and_then(|rest| rest.split_once(']'))
+    else {
         return true;
     };
     let mu = format!("material.branch[{branch}].mu");

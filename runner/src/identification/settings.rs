@@ -111,13 +111,17 @@ pub enum SettingsError {
         file: PathBuf,
     },
     /// The command line asks for something else.
-    #[error("--resume continues what was begun, but the command line differs in {what}; give the same options, or only --resume and --out")]
+    #[error(
+        "--resume continues what was begun, but the command line differs in {what}; give the same options, or only --resume and --out"
+    )]
     Differs {
         /// Which part.
         what: &'static str,
     },
     /// A phase weight that cannot be read.
-    #[error("--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold, unload and WEIGHT >= 0")]
+    #[error(
+        "--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold, unload and WEIGHT >= 0"
+    )]
     BadWeight(String),
     /// A step that is not small and positive.
     #[error("--fd-step {0}: must be between 1e-6 and 0.2")]

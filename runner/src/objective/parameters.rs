@@ -114,7 +114,8 @@ impl ParameterMap {
             }
             free.retain(|f| f != name);
         }
-        if let Some(name) = free.iter().find(|f| requests.set.iter().any(|s| s.starts_with(&format!("{f}=")))) {
+        if let Some(name) = free.iter().find(|f| requests.set.iter().any(|s| s.starts_with(&format!("{f}="))))
+        {
             return Err(conflict(name, "set", "free (use --start for its start, or --fix)"));
         }
         let bounds = parse_bounds(wiring, &requests.bounds)?;
@@ -124,7 +125,8 @@ impl ParameterMap {
         for name in &free {
             let variable = variable_named(wiring, name)?;
             let given = starts.iter().find(|(v, _)| v.name == *name).map(|(_, value)| *value);
-            let start = given.or(variable.start_number()).ok_or_else(|| ParameterError::NoStart(name.clone()))?;
+            let start =
+                given.or(variable.start_number()).ok_or_else(|| ParameterError::NoStart(name.clone()))?;
             let known = || identification(own, name).map(|i| [i.lower, i.upper]);
             let limits = bounds.get(name).copied().or_else(known);
             let limits = limits.ok_or_else(|| ParameterError::NoBounds(name.clone()))?;
@@ -206,7 +208,8 @@ fn free_names(wiring: &Wiring, own: bool, asked: &[String]) -> Result<Vec<String
 }
 
 fn assignment<'a>(wiring: &'a Wiring, text: &str) -> Result<(&'a ScalarVariable, f64), SettingError> {
-    let (name, value) = split_assignment(text).ok_or_else(|| SettingError::NotAnAssignment(text.to_owned()))?;
+    let (name, value) =
+        split_assignment(text).ok_or_else(|| SettingError::NotAnAssignment(text.to_owned()))?;
     let variable = variable_named(wiring, name)?;
     Ok((variable, number_in(variable, value)?))
 }
@@ -233,7 +236,8 @@ fn parse_ties(wiring: &Wiring, texts: &[String]) -> Result<Vec<Tie>, ParameterEr
             (None, Some((of, factor))) => (of, 1.0 / number(factor).ok_or_else(bad)?),
             (None, None) => (expression, 1.0),
         };
-        let (name, of) = (variable_named(wiring, name)?.name.clone(), variable_named(wiring, of.trim())?.name.clone());
+        let (name, of) =
+            (variable_named(wiring, name)?.name.clone(), variable_named(wiring, of.trim())?.name.clone());
         ties.push(Tie { name, of, factor });
     }
     let tied_twice = ties.iter().position(|t| ties.iter().any(|o| o.name == t.of));

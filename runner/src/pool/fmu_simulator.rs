@@ -169,7 +169,9 @@ fn set_number(instance: &mut FmuInstance, variable: &ScalarVariable, value: f64)
     match variable.kind {
         VariableKind::Real => instance.set_real(&reference, &[value]),
         VariableKind::Boolean => instance.set_boolean(&reference, &[value != 0.0]),
-        VariableKind::Integer | VariableKind::Enumeration => instance.set_integer(&reference, &[value as i32]),
+        VariableKind::Integer | VariableKind::Enumeration => {
+            instance.set_integer(&reference, &[value as i32])
+        }
         VariableKind::String => Err(FmiError::NotSupported("set texts as numbers")),
     }
 }

@@ -24,7 +24,10 @@ pub struct Running<'a>(&'a Load);
 
 impl Default for Load {
     fn default() -> Self {
-        Self { state: Mutex::new(State { running: 0, run_seconds: 0.0, since: Instant::now() }), cancelled: AtomicU64::new(0) }
+        Self {
+            state: Mutex::new(State { running: 0, run_seconds: 0.0, since: Instant::now() }),
+            cancelled: AtomicU64::new(0),
+        }
     }
 }
 

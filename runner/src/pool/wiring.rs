@@ -77,7 +77,9 @@ pub enum WiringError {
         option: &'static str,
     },
     /// A unit that is unknown or of another quantity.
-    #[error("unit `{unit}` of `{name}` is not a known unit of {expected:?}; write --{option} {name}:UNIT or {name}:FACTOR")]
+    #[error(
+        "unit `{unit}` of `{name}` is not a known unit of {expected:?}; write --{option} {name}:UNIT or {name}:FACTOR"
+    )]
     Unit {
         /// Name of the variable.
         name: String,
@@ -128,16 +130,8 @@ struct Role {
 }
 
 impl Role {
-    const INPUT: Self = Self {
-        name: "input",
-        default: "displacement",
-        dimension: Dimension::Length,
-    };
-    const OUTPUT: Self = Self {
-        name: "output",
-        default: "force",
-        dimension: Dimension::Force,
-    };
+    const INPUT: Self = Self { name: "input", default: "displacement", dimension: Dimension::Length };
+    const OUTPUT: Self = Self { name: "output", default: "force", dimension: Dimension::Force };
 }
 
 fn find_port(description: &ModelDescription, asked: Option<&str>, role: Role) -> Result<Port, WiringError> {
