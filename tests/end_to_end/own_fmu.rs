@@ -63,7 +63,7 @@ fn settings_with_units_reach_the_model() {
     let plain = force(&[]);
     assert_eq!(force(&["--set", "geometry.sample_height=10mm"]), plain);
     assert!(force(&["--set", "geometry.sample_height=20mm"]) < 0.98 * plain);
-    assert!(force(&["--set", "material.branch[1].mu=-836"]) > 1.1 * plain);
+    assert!(force(&["--set", "material.equilibrium.mu=-868"]) > 1.1 * plain);
     assert!(force(&["--set", "boundary.bonded_punch=false"]) < plain);
 }
 

@@ -3,6 +3,7 @@
 
 use super::error::Problem;
 use crate::units::{Dimension, Unit, known_units};
+use poropunch::variables::{self, Causality};
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +69,9 @@ pub fn read_column(name: &str) -> Result<Column, Problem> {
     if is_specimen_name(&lower) {
         return Ok(column(Quantity::SpecimenForce, 1e-3, None));
     }
+    if is_model_output(trimmed) {
+        return Ok(column(Quantity::Unused, 1.0, None));
+    }
     let (stem, unit) = split_unit(trimmed);
     let stem = stem.to_lowercase();
     let (row, unit) = match find(&stem) {
@@ -94,6 +98,14 @@ pub fn read_column(name: &str) -> Result<Column, Problem> {
 fn is_specimen_name(lower: &str) -> bool {
     let digits = lower.strip_prefix("specimen_").or_else(|| lower.strip_prefix('s'));
     digits.is_some_and(|d| !d.is_empty() && d.chars().all(|c| c.is_ascii_digit()))
+}
+
+/// A diagnostic that `simulate --record` writes, e.g. `stored_energy_uJ`: its files can be read again.
+fn is_model_output(name: &str) -> bool {
+    let outputs = variables::table().iter().filter(|v| v.causality == Causality::Output);
+    outputs.filter(|v| v.name != "force").filter_map(|v| Some((&v.name, v.unit()?))).any(|(output, unit)| {
+        name.strip_prefix(output.as_str()).and_then(|rest| rest.strip_prefix('_')) == Some(unit.display)
+    })
 }
 
 fn find(stem: &str) -> Option<&'static Row> {
@@ -130,6 +142,7 @@ mod tests {
         assert_eq!(read_column("displacement_um").map(|c| c.factor), Ok(1e-6));
         assert_eq!(read_column("t [ms]").map(|c| c.factor), Ok(1e-3));
         assert_eq!(read_column("force_std_N").map(|c| c.quantity), Ok(Quantity::ForceStd));
+        assert_eq!(read_column("stored_energy_uJ").map(|c| c.quantity), Ok(Quantity::Unused));
         assert_eq!(read_column("s07").map(|c| c.quantity), Ok(Quantity::SpecimenForce));
     }
 
