@@ -1,4 +1,23 @@
-//! The runner's parts: the FMI loader, the packager.
+//! poropunch's command line as a library: simulate, identify, package.
+//!
+//! ```text
+//! simulate: CSV -> Protocol -> FMU instance -> step, step, ... -> ForceCurve -> CSV, SVG
+//! identify: Measurement -> Objective (parameters -> residuals) -> trust-region steps over the pool -> report
+//! ```
+//! The model is evaluated through the FMU only; the model's library is linked for names, units and protocols.
 
+pub mod cache;
+pub mod cli;
+pub mod data;
+pub mod engine;
+pub mod fit;
 pub mod fmi;
+pub mod identification;
+pub mod objective;
+pub mod output;
 pub mod package;
+pub mod pool;
+pub mod report;
+pub mod score;
+pub mod setting;
+pub mod units;

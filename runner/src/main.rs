@@ -1,2 +1,5 @@
 //! poropunch's command line.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    runner::cli::main()
+}

@@ -1,0 +1,99 @@
+//! Options shared by all commands that run the FMU.
+
+use crate::data::Measurement;
+use crate::engine::{Engine, EngineError, EngineOptions};
+use crate::pool::wiring::Names;
+use clap::Args;
+use poropunch::variables::{self, Causality, Kind, Variable};
+use serde::{Deserialize, Serialize};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Which FMU, and how many instances of it.
+#[derive(Debug, Clone, Default, PartialEq, Args, Serialize, Deserialize)]
+#[command(next_help_heading = "Model")]
+pub struct EngineArguments {
+    /// FMU to run (FMI 2.0 co-simulation); poropunch's own when absent
+    #[arg(long, value_name = "FILE")]
+    pub fmu: Option<PathBuf>,
+    /// Input that is the punch's displacement, with its unit or factor to SI where the FMU names none
+    #[arg(long, value_name = "NAME[:UNIT]")]
+    pub input: Option<String>,
+    /// Output that is the force, with its unit or factor to SI where the FMU names none
+    #[arg(long, value_name = "NAME[:UNIT]")]
+    pub output: Option<String>,
+    /// Parameter that is not fitted, e.g. material.permeability=2.3e-9mm^2 (repeatable; all in --help)
+    #[arg(long = "set", value_name = "NAME=VALUE[UNIT]")]
+    pub set: Vec<String>,
+    /// Mesh: coarse, standard or fine (the same as --set mesh.preset=...)
+    #[arg(long, value_name = "PRESET")]
+    pub mesh: Option<String>,
+    /// FMU instances that run at a time [default: one per core]
+    #[arg(long, short, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    #[serde(skip)]
+    pub jobs: usize,
+}
+
+impl EngineArguments {
+    /// Loads the FMU and starts the workers.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn engine(
+        &self,
+        extra: &[String],
+        cache: Option<PathBuf>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Engine, EngineError> {
+        let names = Names { input: self.input.clone(), output: self.output.clone(), extra: extra.to_vec() };
+        let (fmu, stop) = (self.fmu.clone(), Arc::clone(stop));
+        Engine::new(&EngineOptions { fmu, names, workers: self.jobs, cache, stop })
+    }
+
+    /// Everything that is set, `--mesh` included.
+    pub fn settings(&self) -> Vec<String> {
+        let mesh = self.mesh.iter().map(|preset| format!("mesh.preset={preset}"));
+        mesh.chain(self.set.iter().cloned()).collect()
+    }
+}
+
+/// Tells the user what was read leniently in a file.
+pub fn show_notes(measurement: &Measurement) {
+    for note in &measurement.notes {
+        eprintln!("note: {}: {note}", measurement.file.display());
+    }
+}
+
+/// All parameters of poropunch's FMU with unit, start value and description, from the variable table.
+pub fn parameter_help() -> String {
+    let mut text = "Parameters of poropunch's FMU (NAME [unit] = default: description):\n".to_owned();
+    let parameters = || variables::table().iter().filter(|v| v.causality == Causality::Parameter);
+    for v in parameters().filter(|v| !v.name.starts_with("protocol.")) {
+        let _ = writeln!(text, "  {}", parameter_line(v));
+    }
+    text.push_str(
+        "\nA value may carry its unit (2.3e-9mm^2, 0.89mPa.s, 10mm); without one it is in SI. Displacement \
+         and force are positive into the sample.",
+    );
+    text
+}
+
+fn parameter_line(v: &Variable) -> String {
+    let start = match v.kind {
+        Kind::Boolean => (v.start_number() != 0.0).to_string(),
+        Kind::Enumeration(e) => {
+            let item = v.start_number() as usize;
+            e.items.get(item.saturating_sub(1)).map_or_else(String::new, |(name, _)| (*name).to_owned())
+        }
+        Kind::Real { unit, .. } => {
+            let shown = v.start_number() * unit.factor;
+            // Avoids 9.999999e-1 after the change of unit.
+            format!("{}", format!("{shown:.6e}").parse().unwrap_or(shown))
+        }
+        Kind::Integer { .. } => v.start_number().to_string(),
+    };
+    let unit = v.unit().map(|u| u.display).filter(|u| *u != "1").map(|u| format!(" [{u}]"));
+    format!("{}{} = {start}: {}", v.name, unit.unwrap_or_default(), v.description)
+}

@@ -1,0 +1,168 @@
+//! `runner identify`: measurements in, parameters and what they are worth out.
+
+use super::engine_args::{EngineArguments, show_notes};
+use super::progress::Progress;
+use super::report::write_views;
+use super::{CliResult, Ending};
+use crate::data::{Wanted, read};
+use crate::engine::Engine;
+use crate::identification::report::{Context, report};
+use crate::identification::{FitSettings, Settings, Source, identify};
+use crate::objective::{Dataset, ParameterMap, Weights};
+use crate::report::Setting;
+use crate::setting::settings_from;
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Identify material parameters from measurements.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Measurements to fit: CSV files with time_s,displacement_mm,force_mN (see the README)
+    #[arg(value_name = "MEASUREMENT", required_unless_present = "resume")]
+    measurements: Vec<PathBuf>,
+    /// Measurements to predict with the fitted parameters, not to fit
+    #[arg(long, value_name = "MEASUREMENT", num_args = 1..)]
+    validate: Vec<PathBuf>,
+    /// Directory for result.json, parameters.csv, curves.csv and report.html
+    #[arg(long, short, value_name = "DIR", default_value = "identification")]
+    out: PathBuf,
+    /// Where runs are kept [default: DIR/cache]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    /// Continue an identification in --out that was stopped or killed; same settings, same result
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    fit: FitSettings,
+    #[command(flatten)]
+    engine: EngineArguments,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+    let started = std::time::Instant::now();
+    let settings = settings(arguments)?;
+    let engine_arguments = EngineArguments { jobs: arguments.engine.jobs, ..settings.engine.clone() };
+    let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
+    let engine = engine_arguments.engine(&RECORDED.map(str::to_owned), Some(cache), stop)?;
+    let (weights, options) = (settings.fit.weights()?, settings.fit.options()?);
+    let height = sample_height(&engine, &settings.engine)?;
+    let fitted = datasets(&settings.measurements, &weights, height)?;
+    let validation = datasets(&settings.validation, &weights, height)?;
+    let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &settings.requests())?;
+    check_points(&fitted, &parameters)?;
+    settings.save(&arguments.out)?;
+
+    let progress = Progress::of_fit((options.max_evaluations * options.starts) as u64);
+    let mut observe = |start: usize, record: &crate::fit::IterationRecord| {
+        let done = start * options.max_evaluations + record.evaluations;
+        let runs = engine.cache().statistics().runs;
+        let chi = record.chi_square;
+        progress.show(
+            done as u64,
+            format!(
+                "start {}/{}, iteration {}: chi^2 = {chi:.4}, {runs} runs",
+                start + 1,
+                options.starts,
+                record.iteration
+            ),
+        );
+    };
+    let found = identify(&engine, &fitted, &parameters, &options, &mut observe);
+    progress.finish();
+    let found = found?;
+    let context = Context {
+        engine: &engine,
+        parameters: &parameters,
+        fitted: &fitted,
+        validation: &validation,
+        command: std::env::args().collect::<Vec<_>>().join(" "),
+        settings: kept_settings(&settings),
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    let (report, missing) = report(&context, &found)?;
+    write_views(&report, &arguments.out)?;
+    for reason in missing {
+        eprintln!("warning: {reason}");
+    }
+    if let Some(trouble) = engine.cache().trouble() {
+        eprintln!(
+            "warning: runs could not be kept in the cache ({trouble}); results are complete, but --resume would repeat them"
+        );
+    }
+    Ok(if engine.is_stopped() { Ending::Interrupted } else { Ending::Complete })
+}
+
+/// Outputs wanted beside the force.
+const RECORDED: [&str; 2] = ["force_solid", "force_fluid"];
+
+/// New settings, or those that the work began with.
+fn settings(arguments: &Arguments) -> Result<Settings, Box<dyn std::error::Error>> {
+    let asked =
+        || Settings::new(&arguments.measurements, &arguments.validate, &arguments.engine, &arguments.fit);
+    if !arguments.resume {
+        return Ok(asked()?);
+    }
+    let begun = Settings::load(&arguments.out)?;
+    // `--resume --out DIR` alone means: as before.
+    if !arguments.measurements.is_empty() {
+        begun.check_same(&asked()?)?;
+    }
+    Ok(begun)
+}
+
+/// Height of the sample, where the FMU knows it.
+pub(super) fn sample_height(
+    engine: &Engine,
+    arguments: &EngineArguments,
+) -> Result<Option<f64>, Box<dyn std::error::Error>> {
+    const NAME: &str = "geometry.sample_height";
+    let set = settings_from(engine.wiring(), &arguments.settings())?;
+    let start = || engine.wiring().parameters.get(NAME).and_then(crate::fmi::ScalarVariable::start_number);
+    Ok(set.get(NAME).copied().or_else(start))
+}
+
+fn datasets(
+    sources: &[Source],
+    weights: &Weights,
+    height: Option<f64>,
+) -> Result<Vec<Dataset>, Box<dyn std::error::Error>> {
+    sources.iter().map(|s| dataset(&s.file, weights, height)).collect()
+}
+
+/// Reads and prepares one measurement.
+pub(super) fn dataset(
+    file: &Path,
+    weights: &Weights,
+    height: Option<f64>,
+) -> Result<Dataset, Box<dyn std::error::Error>> {
+    let measurement = read(file, Wanted::MotionAndForce)?;
+    show_notes(&measurement);
+    Ok(Dataset::new(measurement, weights, height)?)
+}
+
+fn check_points(datasets: &[Dataset], parameters: &ParameterMap) -> Result<(), String> {
+    let points: usize = datasets.iter().map(Dataset::weighted_points).sum();
+    let free = parameters.free().len();
+    if points > free {
+        return Ok(());
+    }
+    Err(format!(
+        "{points} points cannot determine {free} parameters: fix some with --fix, or measure more points"
+    ))
+}
+
+/// What a reader of the report needs to repeat the fit.
+fn kept_settings(settings: &Settings) -> Vec<Setting> {
+    let fit = &settings.fit;
+    let mut kept = vec![
+        ("starts", fit.starts.to_string()),
+        ("seed", fit.seed.to_string()),
+        ("finite-difference step", fit.fd_step.to_string()),
+    ];
+    kept.extend(settings.engine.settings().into_iter().map(|s| ("set", s)));
+    kept.extend(fit.weight.iter().map(|w| ("weight", w.clone())));
+    kept.into_iter().map(|(name, value)| Setting { name: name.to_owned(), value }).collect()
+}

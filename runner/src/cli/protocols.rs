@@ -1,0 +1,76 @@
+//! What to simulate: a protocol by name, or the motion in a file.
+
+use crate::cli::engine_args::show_notes;
+use crate::data::{Wanted, protocol_of, read};
+use poropunch::protocol::{Protocol, Trapezoid};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A motion and the times at which outputs are wanted.
+pub struct Motion {
+    /// Its name: P1, P2 or the file's.
+    pub name: String,
+    /// The motion.
+    pub protocol: Arc<Protocol>,
+    /// Output times [s].
+    pub time_s: Arc<[f64]>,
+}
+
+/// `P1`, `P2` (first cycle to the end of the hold) or the path of a CSV file.
+///
+/// # Errors
+/// When the file cannot be used.
+pub fn motion(text: &str, points: usize) -> Result<Motion, Box<dyn std::error::Error>> {
+    let named = match text {
+        "P1" => Some(Trapezoid::p1()),
+        "P2" => Some(Trapezoid::p2()),
+        _ => None,
+    };
+    if let Some(trapezoid) = named {
+        let protocol = trapezoid.first_hold()?;
+        let time_s = output_times(&protocol, points).into();
+        return Ok(Motion { name: text.to_owned(), protocol: Arc::new(protocol), time_s });
+    }
+    let path = Path::new(text);
+    if !path.exists() {
+        return Err(format!("{text} is neither a protocol (P1, P2) nor a file").into());
+    }
+    let measurement = read(path, Wanted::Motion)?;
+    show_notes(&measurement);
+    let protocol = Arc::new(protocol_of(&measurement)?);
+    Ok(Motion { name: measurement.name, protocol, time_s: measurement.time_s.into() })
+}
+
+/// Times that show the curve: within each straight piece even while the punch moves, and ever wider apart
+/// while it rests.
+fn output_times(protocol: &Protocol, points: usize) -> Vec<f64> {
+    let corners = protocol.points();
+    let per_piece = (points / corners.len().max(2).saturating_sub(1)).max(2);
+    let mut times = vec![protocol.start_time()];
+    for pair in corners.windows(2) {
+        let ((from, before), (to, after)) = (pair[0], pair[1]);
+        let duration = to - from;
+        for i in 1..=per_piece {
+            let part = i as f64 / per_piece as f64;
+            // A rest is sampled geometrically, from a ten-thousandth of its length on.
+            let part = if before == after { 1e4_f64.powf(part - 1.0) } else { part };
+            times.push(if i == per_piece { to } else { from + part * duration });
+        }
+    }
+    times
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn output_times_increase_and_hit_the_corners() {
+        let motion = motion("P2", 200).unwrap();
+        assert!(motion.time_s.windows(2).all(|w| w[0] < w[1]));
+        for &(corner, _) in motion.protocol.points() {
+            assert!(motion.time_s.contains(&corner));
+        }
+        assert_eq!(motion.time_s.len(), 201);
+    }
+}

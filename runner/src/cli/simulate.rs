@@ -1,0 +1,75 @@
+//! `runner simulate`: motion in, force curve out.
+
+use super::engine_args::EngineArguments;
+use super::plots::force_plot;
+use super::protocols::motion;
+use super::{CliResult, Ending};
+use crate::output::{curve_csv, write_file};
+use crate::pool::{Job, Priority, RunFailure};
+use crate::setting::settings_from;
+use clap::Args;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Compute the force of a protocol or of a measured motion.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// P1 or P2 (the paper's first cycle, to the end of the hold), or a CSV file with time_s,displacement_mm
+    #[arg(value_name = "PROTOCOL|FILE")]
+    motion: String,
+    /// Where to write: PATH.csv and PATH.svg [default: the protocol's name]
+    #[arg(long, short, value_name = "PATH")]
+    out: Option<PathBuf>,
+    /// Outputs to record beside the force, e.g. stored_energy; all of them with `all`
+    #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "force_solid,force_fluid")]
+    record: Vec<String>,
+    /// Number of output times for P1 and P2 (a file's own times are used otherwise)
+    #[arg(long, value_name = "N", default_value_t = 300)]
+    points: usize,
+    #[command(flatten)]
+    engine: EngineArguments,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+    let motion = motion(&arguments.motion, arguments.points)?;
+    let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };
+    let engine = single.engine(&arguments.record, None, stop)?;
+    for name in &arguments.record {
+        let recorded = engine.wiring().outputs.iter().any(|p| p.name == *name);
+        if !recorded && name != "all" && engine.is_own() {
+            return Err(format!("the FMU has no real output `{name}` (--record)").into());
+        }
+    }
+    let parameters = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    let job = Job { parameters, protocol: motion.protocol, time_s: motion.time_s };
+    let curve = match engine.submit(&job, Priority::Urgent).wait() {
+        Ok(curve) => curve,
+        Err(RunFailure::Cancelled) => return Ok(Ending::Interrupted),
+        Err(failure) => return Err(format!("the simulation failed: {failure}").into()),
+    };
+
+    let base = arguments.out.clone().unwrap_or_else(|| PathBuf::from(&motion.name));
+    let (csv, svg) = (with_suffix(&base, "csv"), with_suffix(&base, "svg"));
+    let settings = arguments.engine.settings().join(" ");
+    let comment = format!("{} simulated by {} {}", motion.name, engine.model_name(), settings);
+    write_file(&csv, curve_csv(&curve, &[comment.trim().to_owned()]).as_bytes())?;
+    write_file(&svg, force_plot(&motion.name, &curve).as_bytes())?;
+    let forces = curve.time_s.iter().zip(curve.force_n());
+    if let Some((time, peak)) = forces.max_by(|a, b| a.1.total_cmp(b.1)) {
+        println!("peak force {:.3} mN at {time:.3} s", peak * 1e3);
+    }
+    println!("wrote {} and {}", csv.display(), svg.display());
+    Ok(Ending::Complete)
+}
+
+/// `a/b.c` and `csv` give `a/b.c.csv`, but `a/b.csv` stays.
+fn with_suffix(base: &std::path::Path, suffix: &str) -> PathBuf {
+    let known = base.extension().is_some_and(|e| e == "csv" || e == "svg");
+    let stem = if known { base.with_extension("") } else { base.to_owned() };
+    let mut name = stem.into_os_string();
+    name.push(".");
+    name.push(suffix);
+    name.into()
+}

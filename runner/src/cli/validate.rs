@@ -1,0 +1,75 @@
+//! `runner validate`: given parameters against measurements, without fitting.
+
+use super::engine_args::EngineArguments;
+use super::identify::{dataset, sample_height};
+use super::{CliResult, Ending};
+use crate::data::NoiseModel;
+use crate::identification::curves;
+use crate::objective::{Dataset, Weights};
+use crate::output::{curve_csv, write_file};
+use crate::score::Score;
+use crate::setting::settings_from;
+use clap::Args;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Score given parameters against measurements, without fitting.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Measurements: CSV files with time_s,displacement_mm,force_mN
+    #[arg(value_name = "MEASUREMENT", required = true)]
+    measurements: Vec<PathBuf>,
+    /// Which uncertainty weighs the points; none is the plain chi^2 of Eq. 16
+    #[arg(long, value_enum, default_value_t)]
+    noise: NoiseModel,
+    /// Number of specimens behind the file's spread, where it does not hold the specimens themselves
+    #[arg(long, value_name = "N")]
+    specimens: Option<usize>,
+    /// Directory for the curves; none are written without it
+    #[arg(long, short, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    engine: EngineArguments,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+    let recorded = ["force_solid", "force_fluid"].map(str::to_owned);
+    let engine = arguments.engine.engine(&recorded, None, stop)?;
+    let values = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    let weights = Weights { noise: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
+    let height = sample_height(&engine, &arguments.engine)?;
+    let datasets: Vec<Dataset> =
+        arguments.measurements.iter().map(|f| dataset(f, &weights, height)).collect::<Result<_, _>>()?;
+    println!("measurement  points  chi^2/point  rms [mN]  peak [mN] (measured)  relaxation [%] (measured)");
+    let mut failures = Vec::new();
+    for (dataset, curve) in datasets.iter().zip(curves(&engine, &datasets, &values)) {
+        let name = &dataset.measurement.name;
+        let curve = match curve {
+            Ok(curve) => curve,
+            Err(_) if engine.is_stopped() => return Ok(Ending::Interrupted),
+            Err(reason) => {
+                failures.push(format!("{name}: {reason}"));
+                continue;
+            }
+        };
+        let s = Score::of(dataset, &curve);
+        println!(
+            "{name:11}  {:6}  {:11.3}  {:8.4}  {:9.3} ({:8.3})  {:14.1} ({:8.1})",
+            s.points,
+            s.chi_square / s.points as f64,
+            s.rms_n * 1e3,
+            s.model.peak_n * 1e3,
+            s.measured.peak_n * 1e3,
+            s.model.relaxation * 100.0,
+            s.measured.relaxation * 100.0
+        );
+        println!("  {}", dataset.noise.description);
+        if let Some(directory) = &arguments.out {
+            let file = directory.join(format!("{name}.csv"));
+            write_file(&file, curve_csv(&curve, &[format!("model at the times of {name}")]).as_bytes())?;
+        }
+    }
+    if failures.is_empty() { Ok(Ending::Complete) } else { Err(failures.join("\n").into()) }
+}

@@ -1,0 +1,200 @@
+//! What can be wrong with a measurement file, where, and what to do about it.
+
+use std::fmt;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// A file that cannot be used: where and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DataError {
+    /// The file.
+    pub file: PathBuf,
+    /// Line in the file, counted from 1, if the problem has one.
+    pub line: Option<u64>,
+    /// Column as the header names it, if the problem has one.
+    pub column: Option<String>,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+impl fmt::Display for DataError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, ", line {line}")?;
+        }
+        if let Some(column) = &self.column {
+            write!(f, ", column `{column}`")?;
+        }
+        write!(f, ": {}\n  remedy: {}", self.problem, self.problem.remedy())
+    }
+}
+
+impl std::error::Error for DataError {}
+
+/// What is wrong with a file.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Problem {
+    /// The operating system refuses.
+    #[error("cannot be read: {0}")]
+    Unreadable(String),
+    /// Not text.
+    #[error("is not UTF-8 text")]
+    NotText,
+    /// No header at all.
+    #[error("the file is empty")]
+    Empty,
+    /// The first row holds numbers.
+    #[error("the first row is not a header: it holds numbers")]
+    NoHeader,
+    /// A column that is needed and absent.
+    #[error("there is no column for the {0}")]
+    MissingColumn(&'static str),
+    /// A column that means nothing.
+    #[error("unknown column")]
+    UnknownColumn,
+    /// Two columns for the same quantity.
+    #[error("is the second column for the same quantity as `{0}`")]
+    DuplicateColumn(String),
+    /// A quantity without its unit.
+    #[error("has no unit")]
+    MissingUnit {
+        /// A spelling that would be understood.
+        example: &'static str,
+    },
+    /// A unit that is unknown or measures something else.
+    #[error("`{unit}` is not a unit of {quantity}")]
+    WrongUnit {
+        /// As written.
+        unit: String,
+        /// Quantity of the column.
+        quantity: &'static str,
+        /// What would be understood.
+        known: String,
+    },
+    /// A row with another number of fields than the header.
+    #[error("the row has {found} fields, the header has {expected}")]
+    FieldCount {
+        /// Fields of the row.
+        found: usize,
+        /// Columns of the header.
+        expected: usize,
+    },
+    /// A field that is not a number.
+    #[error("`{0}` is not a number")]
+    NotANumber(String),
+    /// NaN or infinity.
+    #[error("`{0}` is not a finite number")]
+    NotFinite(String),
+    /// An empty field.
+    #[error("the field is empty")]
+    EmptyField,
+    /// Time does not increase.
+    #[error("time {time_s} s does not come after {previous_s} s")]
+    NonMonotonicTime {
+        /// Time of the row [s].
+        time_s: f64,
+        /// Time of the row before [s].
+        previous_s: f64,
+    },
+    /// A spread below zero.
+    #[error("a spread cannot be negative ({0})")]
+    NegativeSpread(f64),
+    /// Not enough rows.
+    #[error("{found} points are too few, at least {needed} are needed")]
+    TooFewPoints {
+        /// Rows with data.
+        found: usize,
+        /// Rows needed.
+        needed: usize,
+    },
+    /// The punch stays above the surface.
+    #[error("the punch never touches the sample: the largest displacement is {max_mm} mm")]
+    NeverTouches {
+        /// Largest displacement [mm].
+        max_mm: f64,
+    },
+    /// The first row already indents.
+    #[error("the history starts inside the sample, at {start_mm} mm")]
+    StartsInside {
+        /// First displacement [mm].
+        start_mm: f64,
+    },
+    /// Deeper than the sample is high.
+    #[error("the displacement reaches {depth_mm} mm, but the sample is {height_mm} mm high")]
+    TooDeep {
+        /// Largest displacement [mm].
+        depth_mm: f64,
+        /// Height of the sample [mm].
+        height_mm: f64,
+    },
+    /// Specimens of one file with different times or motion.
+    #[error("specimen `{specimen}` was not measured at the same times and displacements as `{first}`")]
+    SpecimensDiffer {
+        /// The one that differs.
+        specimen: String,
+        /// The first one.
+        first: String,
+    },
+}
+
+impl Problem {
+    /// What the user can do.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Unreadable(_) => "check the path and the permissions".into(),
+            Self::NotText => "save the file as CSV in UTF-8".into(),
+            Self::Empty => {
+                "the file needs a header such as `time_s,displacement_mm,force_mN` and rows".into()
+            }
+            Self::NoHeader => {
+                "put `time_s,displacement_mm,force_mN` (with your units) above the numbers".into()
+            }
+            Self::MissingColumn(what) => format!("add or rename one, for example `{}`", example_of(what)),
+            Self::UnknownColumn => "rename or remove it; known are time, displacement, force, force_std, \
+                 force_q25, force_q75, force_solid, force_fluid (each with its unit), specimen, and specimen \
+                 forces in mN s01, s02, ..."
+                .into(),
+            Self::DuplicateColumn(_) => "keep one of the two".into(),
+            Self::MissingUnit { example } => format!("write it into the name, for example `{example}`"),
+            Self::WrongUnit { known, .. } => format!("write one of {known} (capitals matter: mN is not MN)"),
+            Self::FieldCount { .. } => {
+                "check for decimal commas, missing separators or a line that was cut off".into()
+            }
+            Self::NotANumber(text) if text.contains(',') => "write decimal points, not commas".into(),
+            Self::NotANumber(_) | Self::NotFinite(_) | Self::EmptyField => {
+                "correct the value or remove the row".into()
+            }
+            Self::NonMonotonicTime { .. } => {
+                "sort the rows by time and remove repeated ones; several tests need one file each".into()
+            }
+            Self::NegativeSpread(_) => {
+                "a spread is a standard deviation, or quartiles with q25 <= q75".into()
+            }
+            Self::TooFewPoints { .. } => "measure or export more points of the loading and the hold".into(),
+            Self::NeverTouches { .. } => {
+                "displacement is positive into the sample, 0 at its surface; check sign, zero and unit".into()
+            }
+            Self::StartsInside { .. } => {
+                "start the history at or above the surface (displacement <= 0), before first touch".into()
+            }
+            Self::TooDeep { .. } => {
+                "check the unit of the displacement column, or set geometry.sample_height".into()
+            }
+            Self::SpecimensDiffer { .. } => {
+                "resample the specimens on common times, or give one file per specimen".into()
+            }
+        }
+    }
+}
+
+fn example_of(what: &str) -> &'static str {
+    match what {
+        "time" => "time_s",
+        "displacement" => "displacement_mm",
+        "force" => "force_mN",
+        "lower quartile" => "force_q25_mN",
+        "upper quartile" => "force_q75_mN",
+        _ => "specimen",
+    }
+}

@@ -1,0 +1,122 @@
+//! The punch's motion in a measurement, as straight pieces with exact kinks.
+//!
+//! Sampled displacements are rounded. Joining every sample would give the model a slightly different
+//! velocity in each interval; so samples that lie on one line become one piece, and a kink that fell
+//! between two samples is put where the two pieces meet.
+
+use super::measurement::Measurement;
+use poropunch::protocol::{Protocol, ProtocolError};
+
+/// Samples closer to a line than this part of the largest excursion lie on it.
+const RELATIVE_TOLERANCE: f64 = 1e-4;
+
+/// Piecewise linear displacement history of a measurement.
+///
+/// # Errors
+/// When the times do not increase (a [`Measurement`] that was read from a file has been checked).
+pub fn protocol_of(m: &Measurement) -> Result<Protocol, ProtocolError> {
+    let points: Vec<(f64, f64)> = m.time_s.iter().copied().zip(m.displacement_m.iter().copied()).collect();
+    let reach = m.displacement_m.iter().fold(0.0_f64, |r, d| r.max(d.abs()));
+    Protocol::new(simplified(&points, RELATIVE_TOLERANCE * reach))
+}
+
+/// Fewest corners such that every sample lies within `tolerance` of the line between its corners.
+fn simplified(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)> {
+    if points.len() < 3 {
+        return points.to_vec();
+    }
+    let mut corners = vec![0];
+    split(points, 0, points.len() - 1, tolerance, &mut corners);
+    corners.push(points.len() - 1);
+    with_kinks_between_samples(points, &corners)
+}
+
+/// Ramer, Douglas and Peucker: the farthest sample becomes a corner until none is too far.
+fn split(points: &[(f64, f64)], first: usize, last: usize, tolerance: f64, corners: &mut Vec<usize>) {
+    // A stack instead of recursion: six cycles of noisy samples may be deep.
+    let mut pending = vec![(first, last)];
+    while let Some((a, b)) = pending.pop() {
+        let farthest = (a + 1..b)
+            .map(|i| (i, (points[i].1 - on_line(points[a], points[b], points[i].0)).abs()))
+            .max_by(|x, y| x.1.total_cmp(&y.1));
+        if let Some((i, distance)) = farthest
+            && distance > tolerance
+        {
+            corners.push(i);
+            pending.extend([(a, i), (i, b)]);
+        }
+    }
+    corners.sort_unstable();
+}
+
+/// Two corners one sample apart between longer pieces: one kink where the pieces' lines cross.
+fn with_kinks_between_samples(points: &[(f64, f64)], corners: &[usize]) -> Vec<(f64, f64)> {
+    let mut result = Vec::with_capacity(corners.len());
+    let mut i = 0;
+    while i < corners.len() {
+        let kink = (i > 0 && i + 2 < corners.len() && corners[i + 1] == corners[i] + 1)
+            .then(|| [corners[i - 1], corners[i], corners[i + 1], corners[i + 2]])
+            .filter(|c| c[1] - c[0] > 1 && c[3] - c[2] > 1)
+            .and_then(|c| crossing(c.map(|k| points[k])));
+        match kink {
+            Some(point) => {
+                result.push(point);
+                i += 2;
+            }
+            None => {
+                result.push(points[corners[i]]);
+                i += 1;
+            }
+        }
+    }
+    result
+}
+
+/// Where the line through the first two points meets that through the last two, if in between.
+fn crossing([a, b, c, d]: [(f64, f64); 4]) -> Option<(f64, f64)> {
+    let (before, after) = ((b.1 - a.1) / (b.0 - a.0), (d.1 - c.1) / (d.0 - c.0));
+    let time = (c.1 - after * c.0 - b.1 + before * b.0) / (before - after);
+    (time > b.0 && time < c.0).then(|| (time, b.1 + before * (time - b.0)))
+}
+
+fn on_line(a: (f64, f64), b: (f64, f64), time: f64) -> f64 {
+    a.1 + (b.1 - a.1) * (time - a.0) / (b.0 - a.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use poropunch::protocol::Trapezoid;
+
+    /// P2 until the end of the hold, sampled and rounded to 0.1 um.
+    fn sampled(times: &[f64]) -> Vec<(f64, f64)> {
+        let protocol = Trapezoid::p2().first_hold().unwrap();
+        times.iter().map(|&t| (t, (protocol.displacement(t) * 1e7).round() / 1e7)).collect()
+    }
+
+    #[test]
+    fn a_kink_at_a_sample_stays_there() {
+        let mut times: Vec<f64> = (0..34).map(|i| 0.02 * f64::from(i)).collect();
+        times.extend([0.6875, 0.7, 0.8, 1.0, 10.0, 90.6875]);
+        let corners = simplified(&sampled(&times), 1e-7);
+        assert_eq!(corners, [(0.0, -1e-4), (0.6875, 1e-3), (90.6875, 1e-3)]);
+    }
+
+    #[test]
+    fn a_kink_between_samples_is_found() {
+        let times: Vec<f64> = (0..60).map(|i| 0.05 * f64::from(i)).collect();
+        let corners = simplified(&sampled(&times), 1e-7);
+        assert_eq!(corners.len(), 3, "{corners:?}");
+        assert!((corners[1].0 - 0.6875).abs() < 1e-4 && (corners[1].1 - 1e-3).abs() < 1e-9, "{corners:?}");
+    }
+
+    #[test]
+    fn every_sample_stays_within_the_tolerance() {
+        let points: Vec<(f64, f64)> = (0..200).map(|i| (f64::from(i), (f64::from(i) * 0.1).sin())).collect();
+        let protocol = Protocol::new(simplified(&points, 1e-2)).unwrap();
+        assert!(protocol.points().len() < 100);
+        for (t, d) in points {
+            assert!((protocol.displacement(t) - d).abs() < 2e-2);
+        }
+    }
+}

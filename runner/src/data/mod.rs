@@ -1,0 +1,20 @@
+//! Measurements: reading them, checking them, and the punch's motion in them.
+//!
+//! ```text
+//! CSV -> header (which column is what, in which unit) -> reader -> Measurement -> history -> Protocol
+//! ```
+
+pub mod error;
+pub mod header;
+pub mod history;
+pub mod measurement;
+pub mod noise;
+pub mod phase;
+pub mod reader;
+
+pub use error::{DataError, Problem};
+pub use history::protocol_of;
+pub use measurement::Measurement;
+pub use noise::NoiseModel;
+pub use phase::Phase;
+pub use reader::{Wanted, read, read_str};

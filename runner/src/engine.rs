@@ -1,0 +1,146 @@
+//! An FMU that answers jobs: the library loaded once, a pool of instances, and the cache before it.
+
+use crate::cache::{Cache, EngineId, Key, Recording};
+use crate::fmi::{FmiError, Fmu};
+use crate::pool::run::WeakRun;
+use crate::pool::wiring::{Names, Wiring, WiringError};
+use crate::pool::{FmuSimulator, Job, Pool, Priority, Run, RunFailure, Simulator};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
+use thiserror::Error;
+
+/// What an engine is made of.
+#[derive(Debug, Clone, Default)]
+pub struct EngineOptions {
+    /// The FMU; poropunch's own when absent.
+    pub fmu: Option<PathBuf>,
+    /// Its variables.
+    pub names: Names,
+    /// Number of instances that run at a time; as many as there are cores when 0.
+    pub workers: usize,
+    /// Where runs are kept on disk.
+    pub cache: Option<PathBuf>,
+    /// Raised from outside to cancel everything.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Why an engine cannot be made.
+#[derive(Debug, Error)]
+pub enum EngineError {
+    /// The FMU cannot be loaded.
+    #[error(transparent)]
+    Fmu(#[from] FmiError),
+    /// The FMU does not have the variables.
+    #[error(transparent)]
+    Wiring(#[from] WiringError),
+    /// The FMU gives no instance.
+    #[error("the FMU cannot be instantiated: {0}")]
+    Instance(RunFailure),
+    /// The cache's directory cannot be made.
+    #[error("cannot make the directory of the run cache {directory}: {source}; choose another with --cache")]
+    Cache {
+        /// The directory.
+        directory: PathBuf,
+        /// Reason.
+        source: std::io::Error,
+    },
+}
+
+/// Model identifier of poropunch's FMU.
+const OWN: &str = "poropunch";
+
+/// Answers jobs.
+#[derive(Debug)]
+pub struct Engine {
+    wiring: Arc<Wiring>,
+    model: String,
+    own: bool,
+    pool: Pool,
+    cache: Arc<Cache>,
+    pending: Mutex<HashMap<Key, WeakRun>>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Engine {
+    /// Loads the FMU and starts the workers.
+    ///
+    /// # Errors
+    /// When the FMU cannot be loaded or wired, or the cache's directory cannot be made.
+    pub fn new(options: &EngineOptions) -> Result<Self, EngineError> {
+        let fmu = Arc::new(match &options.fmu {
+            Some(path) => Fmu::open(path)?,
+            None => Fmu::builtin()?,
+        });
+        let description = fmu.description();
+        let wiring = Arc::new(Wiring::new(description, &options.names)?);
+        let binary = std::fs::read(fmu.library()).unwrap_or_default();
+        let id = EngineId::new(&description.guid, &binary, &wiring.identity());
+        let directory = options.cache.as_deref();
+        let cannot =
+            |source| EngineError::Cache { directory: directory.unwrap_or(Path::new("")).into(), source };
+        let cache = Arc::new(Cache::new(id, directory).map_err(cannot)?);
+        let model = description.model_name.clone();
+        let own = description.model_identifier == OWN;
+        let mut simulators: Vec<Box<dyn Simulator>> = Vec::new();
+        for i in 0..worker_count(options.workers) {
+            let simulator = FmuSimulator::new(&fmu, &wiring, &format!("{model} {i}"));
+            let simulator = Box::new(simulator.map_err(EngineError::Instance)?);
+            simulators.push(Box::new(Recording::new(simulator, Arc::clone(&cache))));
+        }
+        let pool = Pool::new(simulators, Arc::clone(&options.stop));
+        let stop = Arc::clone(&options.stop);
+        Ok(Self { wiring, model, own, pool, cache, pending: Mutex::default(), stop })
+    }
+
+    /// Starts a run, or finds it in the cache or among those under way; returns at once.
+    pub fn submit(&self, job: &Job, priority: Priority) -> Run {
+        let key = self.cache.key(job);
+        if let Some(outcome) = self.cache.get(key) {
+            return Run::ended(outcome);
+        }
+        let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(run) = pending.get(&key).and_then(WeakRun::upgrade) {
+            return run;
+        }
+        pending.retain(|_, run| run.upgrade().is_some_and(|r| !r.has_ended()));
+        let run = self.pool.submit(job.clone(), priority);
+        pending.insert(key, run.downgrade());
+        run
+    }
+
+    /// The FMU's input, outputs and parameters.
+    pub fn wiring(&self) -> &Wiring {
+        &self.wiring
+    }
+
+    /// Name of the model in the FMU.
+    pub fn model_name(&self) -> &str {
+        &self.model
+    }
+
+    /// Whether it is poropunch's FMU, whose parameters the variable table knows.
+    pub fn is_own(&self) -> bool {
+        self.own
+    }
+
+    /// The cache, for its statistics.
+    pub fn cache(&self) -> &Cache {
+        &self.cache
+    }
+
+    /// The pool, for its load.
+    pub fn pool(&self) -> &Pool {
+        &self.pool
+    }
+
+    /// Whether the user asked to stop.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(std::sync::atomic::Ordering::Relaxed)
+    }
+}
+
+fn worker_count(asked: usize) -> usize {
+    if asked > 0 { asked } else { std::thread::available_parallelism().map_or(1, Into::into) }
+}

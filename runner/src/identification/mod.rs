@@ -1,0 +1,117 @@
+//! Identification: fits parameters to measurements by runs of an FMU, and says what the result is worth.
+//!
+//! ```text
+//! Settings -> Datasets + ParameterMap -> Objective -> multi-start trust region -> Identification -> FitReport
+//! ```
+
+pub mod report;
+pub mod settings;
+
+pub use settings::{FitSettings, Settings, SettingsError, Source};
+
+use crate::engine::Engine;
+use crate::fit::multi_start::minimise_from_many;
+use crate::fit::{CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options};
+use crate::objective::{Dataset, JacobianLoad, Objective, ParameterMap};
+use crate::pool::{ForceCurve, Priority, Run};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// How the fit is made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitOptions {
+    /// Starts in all.
+    pub starts: usize,
+    /// Seed of the starts.
+    pub seed: u64,
+    /// Finite-difference step in the optimiser's variables.
+    pub step: f64,
+    /// Largest number of evaluations per start.
+    pub max_evaluations: usize,
+}
+
+/// What a fit gives.
+#[derive(Debug)]
+pub struct Identification {
+    /// Best solution and the fate of each start.
+    pub search: MultiStart,
+    /// Values of all parameters that were set, at the solution [FMU's units].
+    pub values: BTreeMap<String, f64>,
+    /// How busy the pool was while Jacobians were formed.
+    pub load: JacobianLoad,
+    /// Points at which the model failed.
+    pub failed_points: u64,
+}
+
+/// Drawn starts that are refined to the end; the others are only screened.
+const REFINED: usize = 8;
+/// An iteration that lowers chi^2 by a smaller part ends the fit: with some hundred points that is a hundredth of
+/// a unit of chi^2, far below the noise, and spares the slide along directions that the data do not feel.
+const CHI_SQUARE_TOLERANCE: f64 = 1e-4;
+/// A finite-difference Jacobian is not more accurate than this part of its largest singular value.
+const JACOBIAN_ACCURACY: f64 = 1e-4;
+
+/// Fits; `observe` sees each accepted step with the index of its start. A stop asked of the engine ends the
+/// fit at its best point.
+///
+/// # Errors
+/// When no start can be evaluated.
+pub fn identify(
+    engine: &Engine,
+    datasets: &[Dataset],
+    parameters: &ParameterMap,
+    options: &FitOptions,
+    observe: &mut dyn FnMut(usize, &IterationRecord),
+) -> Result<Identification, FitError> {
+    let mut objective = Objective::new(engine, datasets, parameters, options.step);
+    let many = MultiStartOptions { starts: options.starts.max(1), refined: REFINED, seed: options.seed };
+    let trust = Options {
+        max_evaluations: options.max_evaluations,
+        chi_square_tolerance: CHI_SQUARE_TOLERANCE,
+        ..Options::for_log_parameters(JACOBIAN_ACCURACY)
+    };
+    let mut watch = |start: usize, record: &IterationRecord| {
+        observe(start, record);
+        if engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let (start, bounds) = (parameters.start(), parameters.optimiser_bounds());
+    let search = minimise_from_many(&mut objective, start, bounds, &trust, &many, &mut watch)?;
+    let values = parameters.settings(&search.best.x);
+    let (load, failed_points) = (objective.load(), objective.failed());
+    Ok(Identification { search, values, load, failed_points })
+}
+
+/// What is known about the noise in the residuals of all datasets.
+fn noise_of(datasets: &[Dataset]) -> Noise {
+    let points = |d: &Dataset| d.measurement.len();
+    let total: usize = datasets.iter().map(points).sum();
+    let mut common = Vec::new();
+    let mut before = 0;
+    for dataset in datasets {
+        if let Some(factor) = dataset.noise.common_factor {
+            let mut residual = vec![0.0; total];
+            let forces = dataset.measurement.force_n.iter().zip(dataset.scale_n());
+            for (r, (force, scale)) in residual[before..].iter_mut().zip(forces) {
+                *r = factor * force / scale;
+            }
+            common.push(CommonError { name: format!("height of {}", dataset.measurement.name), residual });
+        }
+        before += points(dataset);
+    }
+    Noise {
+        known: datasets.iter().all(|d| !d.noise.sigma_n.is_empty()),
+        common,
+        stretches: datasets.iter().map(points).collect(),
+    }
+}
+
+/// Curves of the datasets with given parameter values; those that failed say why.
+pub fn curves(
+    engine: &Engine,
+    datasets: &[Dataset],
+    values: &BTreeMap<String, f64>,
+) -> Vec<Result<Arc<ForceCurve>, String>> {
+    let runs: Vec<Run> = datasets.iter().map(|d| engine.submit(&d.job(values), Priority::Urgent)).collect();
+    runs.iter().map(|run| run.wait().map_err(|e| e.to_string())).collect()
+}

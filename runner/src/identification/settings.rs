@@ -1,0 +1,257 @@
+//! Everything that an identification's result depends on, kept beside it so that it can be resumed.
+//!
+//! Resuming is a replay: the optimiser is deterministic and every run that was made is in the cache, so the
+//! same settings lead through the same runs to where the work ended, and on from there.
+
+use crate::cli::engine_args::EngineArguments;
+use crate::data::{NoiseModel, Phase};
+use crate::objective::{Requests, Weights};
+use crate::output::{OutputError, write_file};
+use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Everything that the result depends on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Version of this layout.
+    pub version: u32,
+    /// What is fitted.
+    pub measurements: Vec<Source>,
+    /// What is predicted.
+    pub validation: Vec<Source>,
+    /// The FMU.
+    pub engine: EngineArguments,
+    /// The fit.
+    pub fit: FitSettings,
+}
+
+/// A file as it was when it was read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Source {
+    /// Absolute path.
+    pub file: PathBuf,
+    /// blake3 of its bytes.
+    pub hash: String,
+}
+
+/// What is fitted, from where, and how.
+#[derive(Debug, Clone, PartialEq, Args, Serialize, Deserialize)]
+#[command(next_help_heading = "Fit")]
+pub struct FitSettings {
+    /// Parameters to fit, exactly these [default: those of the paper's Table 1 that it fitted]
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub free: Vec<String>,
+    /// Parameter not to fit, at this value or its default (repeatable)
+    #[arg(long, value_name = "NAME[=VALUE[UNIT]]")]
+    pub fix: Vec<String>,
+    /// Parameter that follows another one, e.g. material.branch[2].mu=material.branch[1].mu*0.5 (repeatable)
+    #[arg(long, value_name = "NAME=OTHER*FACTOR")]
+    pub tie: Vec<String>,
+    /// Bounds of a fitted parameter [default: Table 1's] (repeatable)
+    #[arg(long, value_name = "NAME=LOWER:UPPER")]
+    pub bounds: Vec<String>,
+    /// Start of a fitted parameter [default: Table 1's value] (repeatable)
+    #[arg(long, value_name = "NAME=VALUE[UNIT]")]
+    pub start: Vec<String>,
+    /// Which uncertainty weighs the points; none is the plain chi^2 of Eq. 16
+    #[arg(long, value_enum, default_value_t)]
+    pub noise: NoiseModel,
+    /// Number of specimens behind the file's spread, where it does not hold the specimens themselves
+    #[arg(long, value_name = "N")]
+    pub specimens: Option<usize>,
+    /// Weight of a phase (approach, ramp, hold, unload) in chi^2 [default: 1 each] (repeatable)
+    #[arg(long, value_name = "PHASE=WEIGHT")]
+    pub weight: Vec<String>,
+    /// Starts: the first is --start, the others are drawn within the bounds
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub starts: usize,
+    /// Seed of the drawn starts
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    pub seed: u64,
+    /// Finite-difference step, relative to the parameter
+    #[arg(long, value_name = "STEP", default_value_t = 0.01)]
+    pub fd_step: f64,
+    /// Largest number of evaluations per start (those inside a Jacobian are not counted)
+    #[arg(long, value_name = "N", default_value_t = 60)]
+    pub max_evaluations: usize,
+}
+
+/// Settings that cannot be used.
+#[derive(Debug, Error)]
+pub enum SettingsError {
+    /// A measurement that cannot be read.
+    #[error("{}: cannot be read: {source}; check the path", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// Reason.
+        source: std::io::Error,
+    },
+    /// Nothing to resume.
+    #[error("{} has no {FILE}: there is nothing to resume; leave out --resume", directory.display())]
+    NothingToResume {
+        /// The output directory.
+        directory: PathBuf,
+    },
+    /// A settings file that is damaged or of another version.
+    #[error("{}: cannot be used: {reason}; begin anew without --resume (runs in the cache are kept)", file.display())]
+    Damaged {
+        /// The settings file.
+        file: PathBuf,
+        /// Reason.
+        reason: String,
+    },
+    /// A measurement that is not what it was.
+    #[error("{} has changed since the identification began: begin anew without --resume", file.display())]
+    Changed {
+        /// The measurement.
+        file: PathBuf,
+    },
+    /// The command line asks for something else.
+    #[error(
+        "--resume continues what was begun, but the command line differs in {what}; give the same options, or only --resume and --out"
+    )]
+    Differs {
+        /// Which part.
+        what: &'static str,
+    },
+    /// A phase weight that cannot be read.
+    #[error(
+        "--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold, unload and WEIGHT >= 0"
+    )]
+    BadWeight(String),
+    /// A step that is not small and positive.
+    #[error("--fd-step {0}: must be between 1e-6 and 0.2")]
+    BadStep(f64),
+    /// Writing.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// Name of the settings file in the output directory.
+pub const FILE: &str = "settings.json";
+const VERSION: u32 = 1;
+
+impl Source {
+    /// A file as it is now.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn of(file: &Path) -> Result<Self, SettingsError> {
+        let unreadable = |source| SettingsError::Unreadable { file: file.to_owned(), source };
+        let bytes = std::fs::read(file).map_err(unreadable)?;
+        let absolute = std::path::absolute(file).map_err(unreadable)?;
+        Ok(Self { file: absolute, hash: blake3::hash(&bytes).to_hex().to_string() })
+    }
+}
+
+impl Settings {
+    /// Settings of a new identification.
+    ///
+    /// # Errors
+    /// When a measurement cannot be read.
+    pub fn new(
+        measurements: &[PathBuf],
+        validation: &[PathBuf],
+        engine: &EngineArguments,
+        fit: &FitSettings,
+    ) -> Result<Self, SettingsError> {
+        let sources = |files: &[PathBuf]| files.iter().map(|f| Source::of(f)).collect::<Result<Vec<_>, _>>();
+        Ok(Self {
+            version: VERSION,
+            measurements: sources(measurements)?,
+            validation: sources(validation)?,
+            engine: EngineArguments { jobs: 0, ..engine.clone() },
+            fit: fit.clone(),
+        })
+    }
+
+    /// Those that an identification in `directory` began with.
+    ///
+    /// # Errors
+    /// When there are none, they are damaged, or a measurement has changed since.
+    pub fn load(directory: &Path) -> Result<Self, SettingsError> {
+        let file = directory.join(FILE);
+        let text = std::fs::read_to_string(&file)
+            .map_err(|_| SettingsError::NothingToResume { directory: directory.to_owned() })?;
+        let damaged = |reason: String| SettingsError::Damaged { file: file.clone(), reason };
+        let settings: Self = serde_json::from_str(&text).map_err(|e| damaged(e.to_string()))?;
+        if settings.version != VERSION {
+            return Err(damaged(format!("version {} instead of {VERSION}", settings.version)));
+        }
+        for source in settings.measurements.iter().chain(&settings.validation) {
+            if Source::of(&source.file)? != *source {
+                return Err(SettingsError::Changed { file: source.file.clone() });
+            }
+        }
+        Ok(settings)
+    }
+
+    /// Keeps them in the output directory.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, directory: &Path) -> Result<(), SettingsError> {
+        let file = directory.join(FILE);
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|e| SettingsError::Damaged { file: file.clone(), reason: e.to_string() })?;
+        Ok(write_file(&file, text.as_bytes())?)
+    }
+
+    /// Checks that the command line asks for the same thing.
+    ///
+    /// # Errors
+    /// Names what differs.
+    pub fn check_same(&self, asked: &Self) -> Result<(), SettingsError> {
+        let parts = [
+            ("the measurements", self.measurements == asked.measurements),
+            ("--validate", self.validation == asked.validation),
+            ("the model's options", self.engine == asked.engine),
+            ("the fit's options", self.fit == asked.fit),
+        ];
+        match parts.iter().find(|(_, same)| !same) {
+            Some((what, _)) => Err(SettingsError::Differs { what }),
+            None => Ok(()),
+        }
+    }
+
+    /// What is fitted, fixed and tied.
+    pub fn requests(&self) -> Requests {
+        let f = self.fit.clone();
+        let set = self.engine.settings();
+        Requests { set, free: f.free, fix: f.fix, tie: f.tie, bounds: f.bounds, start: f.start }
+    }
+}
+
+impl FitSettings {
+    /// How points are weighed.
+    ///
+    /// # Errors
+    /// When a weight cannot be read.
+    pub fn weights(&self) -> Result<Weights, SettingsError> {
+        let one = |text: &String| {
+            let bad = || SettingsError::BadWeight(text.clone());
+            let (phase, weight) = text.split_once('=').ok_or_else(bad)?;
+            let phase = Phase::from_str(phase.trim(), true).map_err(|_| bad())?;
+            let weight = weight.trim().parse::<f64>().ok().filter(|w| w.is_finite() && *w >= 0.0);
+            Ok((phase, weight.ok_or_else(bad)?))
+        };
+        let phases = self.weight.iter().map(one).collect::<Result<BTreeMap<_, _>, SettingsError>>()?;
+        Ok(Weights { noise: self.noise, specimens: self.specimens, phases })
+    }
+
+    /// How the fit is made.
+    ///
+    /// # Errors
+    /// When the finite-difference step is not usable.
+    pub fn options(&self) -> Result<super::FitOptions, SettingsError> {
+        if !(1e-6..=0.2).contains(&self.fd_step) {
+            return Err(SettingsError::BadStep(self.fd_step));
+        }
+        let (starts, seed, step) = (self.starts, self.seed, self.fd_step);
+        Ok(super::FitOptions { starts, seed, step, max_evaluations: self.max_evaluations })
+    }
+}

@@ -1,0 +1,273 @@
+//! From a solution and its curves to the report: everything that can be computed is computed here.
+
+use super::fit_report::*;
+use super::verdict;
+use crate::fit::derived::{self, DerivedQuantity, Values};
+use crate::fit::{
+    FitError, FitParameter, Identifiability, Noise, ParameterEstimate, Solution, StartRecord, Statistics,
+};
+use nalgebra::DMatrix;
+
+/// A measurement and the model's curve at the solution, at the same times.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredCurve {
+    /// Short name, e.g. `P2`.
+    pub name: String,
+    /// File it came from.
+    pub file: String,
+    /// What it was used for.
+    pub role: Role,
+    /// Provenance comment of the file.
+    pub provenance: Option<String>,
+    /// Times [s].
+    pub time_s: Vec<f64>,
+    /// Depth [mm].
+    pub displacement_mm: Vec<f64>,
+    /// Measured force [mN].
+    pub measured_mn: Vec<f64>,
+    /// Spread between specimens [mN].
+    pub spread_mn: Option<Vec<f64>>,
+    /// Standard deviation of each point [mN]; empty if unknown.
+    pub sigma_mn: Vec<f64>,
+    /// Model's force [mN].
+    pub model_mn: Vec<f64>,
+    /// Its solid part [mN].
+    pub model_solid_mn: Option<Vec<f64>>,
+    /// Its fluid part [mN].
+    pub model_fluid_mn: Option<Vec<f64>>,
+}
+
+/// What a report is made of.
+pub struct Assembly<'a> {
+    /// Heading.
+    pub title: String,
+    /// When it was made, RFC 3339.
+    pub created: String,
+    /// The command that made it.
+    pub command: String,
+    /// Name and identification of the model.
+    pub model: String,
+    /// Free parameters.
+    pub parameters: &'a [FitParameter],
+    /// Fixed and tied parameters.
+    pub fixed: Vec<FixedRow>,
+    /// The best solution.
+    pub solution: &'a Solution,
+    /// What is known about the noise.
+    pub noise: &'a Noise,
+    /// Quantities to compute from the parameters.
+    pub derived: &'a [DerivedQuantity],
+    /// Adds fixed and tied parameters (SI) to the free ones.
+    pub complete: &'a dyn Fn(&mut Values),
+    /// Measurements, those fitted first.
+    pub curves: Vec<MeasuredCurve>,
+    /// What it cost.
+    pub runs: RunStatistics,
+    /// The fate of each start (empty: one start).
+    pub starts: Vec<StartRecord>,
+    /// Settings worth keeping.
+    pub settings: Vec<Setting>,
+}
+
+impl Assembly<'_> {
+    /// Computes statistics, identifiability, derived quantities and characteristic numbers.
+    ///
+    /// # Errors
+    /// When sizes do not fit or there are not more residuals than parameters.
+    pub fn build(self) -> Result<FitReport, FitError> {
+        for curve in &self.curves {
+            curve.check()?;
+        }
+        let statistics = Statistics::new(self.parameters, self.solution, self.noise)?;
+        let derived =
+            derived::estimate(self.derived, self.parameters, &self.solution.x, &statistics, self.complete);
+        let analysis = Identifiability::new(self.parameters, self.solution, &statistics, &derived);
+        let measurements: Vec<_> = self.curves.into_iter().map(MeasuredCurve::evaluate).collect();
+        let mut report = FitReport {
+            schema: SCHEMA.to_owned(),
+            title: self.title,
+            created: self.created,
+            command: self.command,
+            model: self.model,
+            verdict: Verdict::default(),
+            parameters: statistics.estimates.iter().map(row).collect(),
+            fixed: self.fixed,
+            derived: derived
+                .iter()
+                .map(|d| DerivedRow {
+                    name: d.name.clone(),
+                    symbol: d.symbol.clone(),
+                    formula: d.formula.clone(),
+                    unit: d.unit.name.clone(),
+                    value: d.unit.from_si(d.value),
+                    lower: d.unit.from_si(d.interval.lower),
+                    upper: d.unit.from_si(d.interval.upper),
+                    half_width: d.half_width,
+                    determination: d.determination,
+                })
+                .collect(),
+            correlation: Correlation {
+                symbols: self.parameters.iter().map(|p| p.symbol.clone()).collect(),
+                matrix: rows(&statistics.correlation),
+            },
+            findings: analysis.findings.clone(),
+            singular_values: analysis.singular_values.clone(),
+            ratios: ratios(&measurements),
+            measurements,
+            fit: summary(self.solution, &statistics, self.noise),
+            runs: self.runs,
+            starts: self.starts,
+            iterations: self
+                .solution
+                .iterations
+                .iter()
+                .map(|r| IterationRow {
+                    iteration: r.iteration,
+                    chi_square: r.chi_square,
+                    step_norm: r.step_norm,
+                    optimality: r.optimality,
+                    values: self
+                        .parameters
+                        .iter()
+                        .zip(&r.x)
+                        .map(|(p, &x)| p.unit.from_si(p.to_value(x)))
+                        .collect(),
+                })
+                .collect(),
+            settings: self.settings,
+        };
+        report.verdict = verdict::verdict(&report, analysis.determined);
+        Ok(report)
+    }
+}
+
+impl MeasuredCurve {
+    fn check(&self) -> Result<(), FitError> {
+        let n = self.time_s.len();
+        let optional = |v: &Option<Vec<f64>>| v.as_ref().map_or(n, Vec::len);
+        let sigma = if self.sigma_mn.is_empty() { n } else { self.sigma_mn.len() };
+        for (what, found) in [
+            ("displacement", self.displacement_mm.len()),
+            ("measured force", self.measured_mn.len()),
+            ("spread", optional(&self.spread_mn)),
+            ("sigma", sigma),
+            ("model force", self.model_mn.len()),
+            ("solid force", optional(&self.model_solid_mn)),
+            ("fluid force", optional(&self.model_fluid_mn)),
+        ] {
+            if found != n {
+                return Err(FitError::Dimension { what, expected: n, found });
+            }
+        }
+        if n == 0 {
+            return Err(FitError::Dimension { what: "points of a measurement", expected: 1, found: 0 });
+        }
+        Ok(())
+    }
+
+    fn evaluate(self) -> MeasurementResult {
+        let n = self.time_s.len() as f64;
+        let difference = || self.model_mn.iter().zip(&self.measured_mn).map(|(a, b)| a - b);
+        let square = difference().map(|d| d * d).sum::<f64>();
+        let chi_square = if self.sigma_mn.is_empty() {
+            square
+        } else {
+            difference().zip(&self.sigma_mn).map(|(d, s)| (d / s).powi(2)).sum()
+        };
+        let peak = |f: &[f64]| f.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let end = |f: &[f64]| f.last().copied().unwrap_or(f64::NAN);
+        // No peak, no relaxation; a NaN could not be read back from JSON.
+        let relaxation = |f: &[f64]| if peak(f) > 0.0 { 100.0 * (1.0 - end(f) / peak(f)) } else { 0.0 };
+        let pair =
+            |g: &dyn Fn(&[f64]) -> f64| Pair { measured: g(&self.measured_mn), model: g(&self.model_mn) };
+        let synthetic =
+            self.provenance.as_ref().is_some_and(|p| p.to_ascii_lowercase().contains("synthetic"));
+        MeasurementResult {
+            chi_square,
+            chi_square_per_point: chi_square / n,
+            rms_mn: (square / n).sqrt(),
+            peak_mn: pair(&peak),
+            end_mn: pair(&end),
+            relaxation_percent: pair(&relaxation),
+            synthetic,
+            name: self.name,
+            file: self.file,
+            role: self.role,
+            provenance: self.provenance,
+            time_s: self.time_s,
+            displacement_mm: self.displacement_mm,
+            measured_mn: self.measured_mn,
+            spread_mn: self.spread_mn,
+            sigma_mn: self.sigma_mn,
+            model_mn: self.model_mn,
+            model_solid_mn: self.model_solid_mn,
+            model_fluid_mn: self.model_fluid_mn,
+        }
+    }
+}
+
+fn row(e: &ParameterEstimate) -> ParameterRow {
+    let p = &e.parameter;
+    let shown = |v: f64| p.unit.from_si(v);
+    ParameterRow {
+        name: p.name.clone(),
+        symbol: p.symbol.clone(),
+        unit: p.unit.name.clone(),
+        value: shown(e.value),
+        lower: shown(e.interval.lower),
+        upper: shown(e.interval.upper),
+        open: e.open,
+        half_width: e.half_width,
+        determination: e.determination,
+        at_bound: e.at_bound,
+        start: shown(p.start),
+        lower_bound: shown(p.lower),
+        upper_bound: shown(p.upper),
+        common_share: e.common_share,
+    }
+}
+
+fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|r| r.iter().copied().collect()).collect()
+}
+
+/// Peak ratios of each pair of measurements, the higher peak above.
+fn ratios(measurements: &[MeasurementResult]) -> Vec<Ratio> {
+    let mut ratios = vec![];
+    for (i, a) in measurements.iter().enumerate() {
+        for b in &measurements[i + 1..] {
+            if a.peak_mn.measured <= 0.0
+                || b.peak_mn.measured <= 0.0
+                || b.peak_mn.model <= 0.0
+                || a.peak_mn.model <= 0.0
+            {
+                continue;
+            }
+            let (a, b) = if a.peak_mn.measured >= b.peak_mn.measured { (a, b) } else { (b, a) };
+            ratios.push(Ratio {
+                name: format!("peak {} / peak {}", a.name, b.name),
+                value: Pair {
+                    measured: a.peak_mn.measured / b.peak_mn.measured,
+                    model: a.peak_mn.model / b.peak_mn.model,
+                },
+            });
+        }
+    }
+    ratios
+}
+
+fn summary(solution: &Solution, statistics: &Statistics, noise: &Noise) -> FitSummary {
+    FitSummary {
+        stop: solution.stop,
+        stop_text: solution.stop.to_string(),
+        iterations: solution.iteration_count(),
+        evaluations: solution.evaluations,
+        chi_square: statistics.chi_square,
+        points: statistics.points,
+        degrees_of_freedom: statistics.degrees_of_freedom,
+        reduced_chi_square: statistics.reduced_chi_square,
+        noise_known: noise.known,
+        correlation_time: statistics.correlation_time,
+        common_errors: noise.common.iter().map(|c| c.name.clone()).collect(),
+    }
+}

@@ -1,0 +1,23 @@
+//! What a fit is reported as: one serialisable structure and four views of it.
+//!
+//! ```text
+//! Assembly (solution, curves, counts) -> FitReport -> table (console), JSON, CSV, HTML page
+//! ```
+
+mod assembly;
+mod csv;
+mod figures;
+mod fit_report;
+mod html;
+pub mod plot;
+mod table;
+mod verdict;
+
+pub use assembly::{Assembly, MeasuredCurve};
+pub use csv::{curves_csv, parameters_csv};
+pub use fit_report::*;
+pub use html::page;
+pub use table::table;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,137 @@
+//! The report on a console.
+
+use super::fit_report::*;
+use crate::fit::statistics::{BoundSide, Determination};
+use crate::fit::wording::{significant, spread};
+use std::fmt::Write;
+
+/// The report as plain text of at most 100 columns or so.
+pub fn table(report: &FitReport) -> String {
+    let mut out = format!("{}\n{}\n\n", report.title, "=".repeat(report.title.chars().count()));
+    wrap(&mut out, "", &report.verdict.headline);
+    section(&mut out, "Not determined", &report.verdict.undetermined);
+    section(&mut out, "Mind", &report.verdict.warnings);
+
+    let parameters: Vec<Vec<String>> = report
+        .parameters
+        .iter()
+        .map(|p| vec![p.symbol.clone(), value(p.value, &p.unit), interval(p), note(p), p.name.clone()])
+        .collect();
+    columns(&mut out, ["parameter", "value", "95 % interval", "", "name"], &parameters);
+    let derived: Vec<Vec<String>> = report
+        .derived
+        .iter()
+        .map(|d| {
+            let range = format!("{} .. {}", significant(d.lower, 3), significant(d.upper, 3));
+            let range = if d.determination == Determination::Undetermined { "-".to_owned() } else { range };
+            vec![d.symbol.clone(), value(d.value, &d.unit), range, known(d.half_width), d.formula.clone()]
+        })
+        .collect();
+    columns(&mut out, ["derived", "value", "95 % interval", "known to", "formula"], &derived);
+    let pair =
+        |p: Pair, digits| format!("{} / {}", significant(p.measured, digits), significant(p.model, digits));
+    let measurements: Vec<Vec<String>> = report
+        .measurements
+        .iter()
+        .map(|m| {
+            let role = if m.role == Role::Fit { "fit" } else { "validation" };
+            vec![
+                format!("{} ({role})", m.name),
+                format!("{} mN", pair(m.peak_mn, 4)),
+                format!("{} %", pair(m.relaxation_percent, 3)),
+                format!(
+                    "{} ({} per point)",
+                    significant(m.chi_square, 4),
+                    significant(m.chi_square_per_point, 3)
+                ),
+                format!("{} mN", significant(m.rms_mn, 2)),
+            ]
+        })
+        .collect();
+    let header = ["measured / model", "peak force", "relaxation", "chi^2", "rms difference"];
+    columns(&mut out, header, &measurements);
+    for ratio in &report.ratios {
+        let _ = writeln!(out, "{}: {}", ratio.name, pair(ratio.value, 4));
+    }
+    let (fit, runs) = (&report.fit, &report.runs);
+    let _ = writeln!(
+        out,
+        "\n{}\n{} iterations, {} runs, {} from the cache, {} failed; {:.2} runs at a time; {:.1} s",
+        fit.stop_text,
+        fit.iterations,
+        runs.runs,
+        runs.cache_hits,
+        runs.failed,
+        runs.mean_in_flight,
+        runs.wall_time_s
+    );
+    out
+}
+
+fn value(value: f64, unit: &str) -> String {
+    format!("{} {unit}", significant(value, 4)).trim_end().to_owned()
+}
+
+fn known(half_width: f64) -> String {
+    match Determination::of(half_width) {
+        Determination::Undetermined => "not determined".to_owned(),
+        _ => spread(half_width),
+    }
+}
+
+fn interval(p: &ParameterRow) -> String {
+    let end = |v: f64, open: bool| if open { "open".to_owned() } else { significant(v, 3) };
+    format!("{} .. {}", end(p.lower, p.open[0]), end(p.upper, p.open[1]))
+}
+
+fn note(p: &ParameterRow) -> String {
+    match p.at_bound {
+        Some(BoundSide::Lower) => format!("at lower bound; {}", known(p.half_width)),
+        Some(BoundSide::Upper) => format!("at upper bound; {}", known(p.half_width)),
+        None => known(p.half_width),
+    }
+}
+
+fn section(out: &mut String, heading: &str, items: &[String]) {
+    if items.is_empty() {
+        return;
+    }
+    let _ = writeln!(out, "\n{heading}:");
+    for item in items {
+        wrap(out, "  - ", item);
+    }
+}
+
+/// Writes a paragraph in lines of at most 96 columns.
+fn wrap(out: &mut String, lead: &str, text: &str) {
+    let indent = " ".repeat(lead.len());
+    let mut line = lead.to_owned();
+    for word in text.split_whitespace() {
+        if line.chars().count() + word.chars().count() > 96 {
+            let _ = writeln!(out, "{}", line.trim_end());
+            line = indent.clone();
+        }
+        line.push_str(word);
+        line.push(' ');
+    }
+    let _ = writeln!(out, "{}", line.trim_end());
+}
+
+fn columns<const N: usize>(out: &mut String, header: [&str; N], rows: &[Vec<String>]) {
+    if rows.is_empty() {
+        return;
+    }
+    let width = |j: usize| {
+        let cells = rows.iter().map(|r| r[j].chars().count());
+        cells.chain([header[j].chars().count()]).max().unwrap_or(0)
+    };
+    let mut write = |cells: &mut dyn Iterator<Item = &str>| {
+        let line: String = cells.enumerate().map(|(j, cell)| format!("{cell:<w$}  ", w = width(j))).collect();
+        let _ = writeln!(out, "{}", line.trim_end());
+    };
+    write(&mut std::iter::once(""));
+    write(&mut header.iter().copied());
+    for row in rows {
+        write(&mut row.iter().map(String::as_str));
+    }
+}

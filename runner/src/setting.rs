@@ -1,0 +1,156 @@
+//! `name=value[unit]`: how people give parameters, checked against the FMU's description.
+
+use crate::fmi::{ScalarVariable, VariableKind};
+use crate::pool::Wiring;
+use crate::units::{Unit, UnitError, parse_quantity};
+use std::collections::BTreeMap;
+use thiserror::Error;
+
+/// A setting that cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SettingError {
+    /// No equals sign.
+    #[error("`{0}` is not of the form NAME=VALUE")]
+    NotAnAssignment(String),
+    /// No such parameter.
+    #[error("the FMU has no parameter `{name}`{hint}")]
+    NoSuchParameter {
+        /// As written.
+        name: String,
+        /// What might have been meant.
+        hint: String,
+    },
+    /// A number or unit.
+    #[error("{name}: {source}")]
+    Unit {
+        /// Name of the parameter.
+        name: String,
+        /// Reason.
+        source: UnitError,
+    },
+    /// Neither true nor false.
+    #[error("{name}: `{value}` is neither true nor false")]
+    NotABoolean {
+        /// Name of the parameter.
+        name: String,
+        /// As written.
+        value: String,
+    },
+    /// Not a whole number.
+    #[error("{name}: `{value}` is not a whole number")]
+    NotAnInteger {
+        /// Name of the parameter.
+        name: String,
+        /// As written.
+        value: String,
+    },
+    /// Not one of the items.
+    #[error("{name}: `{value}` is not one of {items}")]
+    NotAnItem {
+        /// Name of the parameter.
+        name: String,
+        /// As written.
+        value: String,
+        /// What there is.
+        items: String,
+    },
+    /// Outside the admissible range.
+    #[error("{name} = {value} {unit} is outside its bounds [{min}, {max}] {unit}")]
+    OutOfRange {
+        /// Name of the parameter.
+        name: String,
+        /// Offending value.
+        value: f64,
+        /// Smallest admissible value.
+        min: f64,
+        /// Largest admissible value.
+        max: f64,
+        /// Unit of the three.
+        unit: String,
+    },
+}
+
+/// `name=value` into its halves.
+pub fn split_assignment(text: &str) -> Option<(&str, &str)> {
+    text.split_once('=').map(|(name, value)| (name.trim(), value.trim()))
+}
+
+/// The parameter called `name`.
+///
+/// # Errors
+/// When there is none; with the most similar names.
+pub fn variable_named<'a>(wiring: &'a Wiring, name: &str) -> Result<&'a ScalarVariable, SettingError> {
+    wiring.parameters.get(name).ok_or_else(|| {
+        let mut similar: Vec<(f64, &String)> =
+            wiring.parameters.keys().map(|k| (strsim::jaro_winkler(k, name), k)).collect();
+        similar.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let best: Vec<&str> = similar.iter().filter(|s| s.0 > 0.7).take(3).map(|s| s.1.as_str()).collect();
+        let hint = match best.is_empty() {
+            true => "; `runner simulate --help` lists them".to_owned(),
+            false => format!("; did you mean {}?", best.join(" or ")),
+        };
+        SettingError::NoSuchParameter { name: name.to_owned(), hint }
+    })
+}
+
+/// A value for a variable, in the FMU's unit. A bare number is in the FMU's unit already (SI for poropunch).
+///
+/// # Errors
+/// When it cannot be read or is not admissible.
+pub fn number_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingError> {
+    let text = text.trim();
+    let (name, value) = (variable.name.clone(), text.to_owned());
+    let number = match variable.kind {
+        VariableKind::Boolean => match text.to_lowercase().as_str() {
+            "true" | "1" | "yes" | "on" => 1.0,
+            "false" | "0" | "no" | "off" => 0.0,
+            _ => return Err(SettingError::NotABoolean { name, value }),
+        },
+        VariableKind::Enumeration => {
+            let items = &variable.items;
+            let item = items.iter().find(|(item, _)| item.eq_ignore_ascii_case(text));
+            let by_number = || text.parse::<i32>().ok().filter(|n| items.iter().any(|(_, v)| v == n));
+            item.map(|(_, v)| *v).or_else(by_number).map(f64::from).ok_or_else(|| {
+                let items: Vec<&str> = items.iter().map(|(item, _)| item.as_str()).collect();
+                SettingError::NotAnItem { name, value, items: items.join(", ") }
+            })?
+        }
+        VariableKind::Integer => {
+            let integer = text.parse::<i32>().map_err(|_| SettingError::NotAnInteger { name, value })?;
+            f64::from(integer)
+        }
+        VariableKind::Real => {
+            let unit = variable.unit.as_deref().and_then(Unit::parse);
+            let wrong = |source| SettingError::Unit { name: variable.name.clone(), source };
+            let bare = text.parse::<f64>().ok().filter(|v| v.is_finite());
+            match (bare, unit) {
+                (Some(value), _) => value,
+                (None, unit) => {
+                    let si = parse_quantity(text, unit.map(|u| u.dimension)).map_err(wrong)?;
+                    unit.map_or(si, |u| si / u.factor)
+                }
+            }
+        }
+        VariableKind::String => return Err(SettingError::NotAnAssignment(text.to_owned())),
+    };
+    let (min, max) = (variable.min.unwrap_or(f64::NEG_INFINITY), variable.max.unwrap_or(f64::INFINITY));
+    if (min..=max).contains(&number) {
+        return Ok(number);
+    }
+    let unit = variable.unit.clone().unwrap_or_default();
+    Err(SettingError::OutOfRange { name: variable.name.clone(), value: number, min, max, unit })
+}
+
+/// Values of several `NAME=VALUE[UNIT]`, in the FMU's units. A later one overrides an earlier one.
+///
+/// # Errors
+/// The first that cannot be used.
+pub fn settings_from(wiring: &Wiring, texts: &[String]) -> Result<BTreeMap<String, f64>, SettingError> {
+    let one = |text: &String| {
+        let (name, value) =
+            split_assignment(text).ok_or_else(|| SettingError::NotAnAssignment(text.clone()))?;
+        let variable = variable_named(wiring, name)?;
+        Ok((variable.name.clone(), number_in(variable, value)?))
+    };
+    texts.iter().map(one).collect()
+}

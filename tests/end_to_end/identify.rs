@@ -1,0 +1,119 @@
+//! What `identify` can be asked for, on the quick third-party FMU.
+
+use crate::program::{column, directory, json, run, succeed, text};
+use crate::third_party::{WIRING, build, measurement};
+use serde_json::Value;
+
+/// The row of a parameter.
+fn row<'a>(result: &'a Value, table: &str, name: &str) -> &'a Value {
+    let rows = result[table].as_array().expect("rows");
+    rows.iter().find(|r| r["name"] == name).unwrap_or_else(|| panic!("no {name} in {table}"))
+}
+
+#[test]
+fn several_measurements_free_fixed_tied_and_validation() {
+    let d = directory();
+    let fmu = build(d.path());
+    let [a, b, c] = ["a", "b", "c"].map(|n| d.path().join(format!("{n}.csv")));
+    let out = d.path().join("out");
+    // k_fast = 2 k_slow everywhere; c is not fitted, and stiffer by a tenth.
+    measurement(&a, 3.0, 6.0, 1.2);
+    measurement(&b, 3.0, 6.0, 1.2);
+    measurement(&c, 3.3, 6.6, 1.2);
+    let arguments = ["identify", text(&a), text(&b), "--validate", text(&c), "--fmu", text(&fmu)];
+    let fit = ["--free", "k_slow", "--bounds", "k_slow=0.1:100", "--tie", "k_fast=k_slow*2"];
+    let more = ["--fix", "tau=1200ms", "--noise", "none", "--out", text(&out)];
+    let printed = succeed(&[&arguments[..], &fit[..], &more[..], &WIRING[..]].concat());
+    assert!(printed.contains("k_slow"), "{printed}");
+    let result = json(&out.join("result.json"));
+    let slow = row(&result, "parameters", "k_slow")["value"].as_f64().expect("a number");
+    assert!((slow / 3.0 - 1.0).abs() < 5e-3, "{slow}");
+    let tied = row(&result, "fixed", "k_fast")["value"].as_f64().expect("a number");
+    assert!((tied / slow - 2.0).abs() < 1e-12, "{tied} is not twice {slow}");
+    assert_eq!(row(&result, "fixed", "tau")["value"], 1.2);
+    let curves = result["measurements"].as_array().expect("curves");
+    assert_eq!(curves.len(), 3);
+    assert_eq!(curves[2]["role"], "validation");
+    let peak = &curves[2]["peak_mn"];
+    let ratio = peak["model"].as_f64().expect("model") / peak["measured"].as_f64().expect("measured");
+    assert!((ratio * 1.1 - 1.0).abs() < 0.01, "{ratio}");
+    for file in ["parameters.csv", "curves.csv", "report.html"] {
+        assert!(out.join(file).metadata().expect(file).len() > 100, "{file}");
+    }
+    // The page must not need the network.
+    let page = std::fs::read_to_string(out.join("report.html")).expect("the page");
+    assert!(!page.contains("src=\"http") && !page.contains("<link"), "the page loads something");
+}
+
+#[test]
+fn failing_runs_shrink_the_step_and_are_counted() {
+    let d = directory();
+    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
+    measurement(&data, 3.0, 8.0, 1.2);
+    // From far below, the first steps overshoot into the region where the FMU refuses.
+    let arguments =
+        ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--set", "k_limit=3.2"];
+    let fit = ["--free", "k_slow,k_fast", "--start", "k_slow=0.5", "--bounds", "k_slow=0.1:100"];
+    let more = ["--bounds", "k_fast=0.1:100", "--set", "tau=1.2"];
+    succeed(&[&arguments[..], &fit[..], &more[..], &WIRING[..]].concat());
+    let result = json(&out.join("result.json"));
+    let slow = row(&result, "parameters", "k_slow")["value"].as_f64().expect("a number");
+    assert!((slow / 3.0 - 1.0).abs() < 5e-3, "{slow}");
+    assert!(
+        result["runs"]["failed"].as_u64().expect("a count") > 0,
+        "nothing failed: the test tests nothing"
+    );
+    let reasons = result["runs"]["failures"].to_string();
+    assert!(reasons.contains("too stiff for this solver"), "{reasons}");
+}
+
+#[test]
+fn many_starts_are_repeatable_and_quiet_without_a_terminal() {
+    let d = directory();
+    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
+    measurement(&data, 3.0, 8.0, 1.2);
+    let fit = |out: &str, seed: &str| {
+        let out = d.path().join(out);
+        let arguments = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--starts", "4"];
+        let free = ["--free", "k_slow,tau", "--bounds", "k_slow=0.1:100", "--bounds", "tau=0.05:50"];
+        let more = ["--set", "k_fast=8", "--seed", seed];
+        let output = run(&[&arguments[..], &free[..], &more[..], &WIRING[..]].concat());
+        assert!(output.status.success());
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "nothing on stderr without a terminal");
+        json(&out.join("result.json"))["starts"].clone()
+    };
+    let first = fit("a", "5");
+    assert_eq!(first.as_array().expect("starts").len(), 4);
+    assert_eq!(first, fit("b", "5"));
+    assert_ne!(first, fit("c", "6"));
+}
+
+#[test]
+fn report_renders_again() {
+    let d = directory();
+    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
+    measurement(&data, 3.0, 8.0, 1.2);
+    let arguments = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out)];
+    let fit = ["--free", "k_slow", "--bounds", "k_slow=0.1:100", "--set", "k_fast=8", "--set", "tau=1.2"];
+    succeed(&[&arguments[..], &fit[..], &WIRING[..]].concat());
+    let page = std::fs::read(out.join("report.html")).expect("a page");
+    std::fs::remove_file(out.join("report.html")).expect("removed");
+    succeed(&["report", text(&out.join("result.json"))]);
+    assert_eq!(std::fs::read(out.join("report.html")).expect("a page"), page);
+}
+
+#[test]
+fn batch_runs_every_set_and_reports_failures() {
+    let d = directory();
+    let (fmu, sets, out) = (build(d.path()), d.path().join("sets.csv"), d.path().join("out"));
+    std::fs::write(&sets, "name,k_slow,tau [ms]\nsoft,1,2000\nstiff,5,2000\nrefused,50,2000\n")
+        .expect("a file");
+    let arguments = ["batch", text(&sets), "--fmu", text(&fmu), "--out", text(&out), "--set", "k_limit=10"];
+    let printed = succeed(&[&arguments[..], &WIRING[..]].concat());
+    assert!(printed.contains("3 runs, 1 failed"), "{printed}");
+    let summary = std::fs::read_to_string(out.join("summary.csv")).expect("a summary");
+    assert!(summary.contains("refused,failed") && summary.contains("too stiff"), "{summary}");
+    let last = |name: &str| *column(&out.join(name), "force_mN").last().expect("a force");
+    // After 90 s only the slow spring is left: 1 mm times 5 or 1 mN/mm.
+    assert!((last("stiff.csv") - 5.0).abs() < 1e-3 && (last("soft.csv") - 1.0).abs() < 1e-3);
+}

@@ -1,0 +1,103 @@
+//! poropunch's own FMU on the coarse mesh, with the shipped data.
+
+use crate::program::{column, directory, fail, json, repository, succeed, text};
+use std::path::{Path, PathBuf};
+
+/// The shipped P2 up to a time [s]: a short history is a quick test.
+fn beginning(directory: &Path, until: f64) -> PathBuf {
+    let shipped = repository("data/measurement/table1-one-cycle/P2.csv");
+    let lines = std::fs::read_to_string(shipped).expect("the shipped data");
+    let early = |l: &&str| l.split(',').next().and_then(|t| t.parse().ok()).is_none_or(|t: f64| t <= until);
+    let file = directory.join("P2.csv");
+    let kept: Vec<&str> = lines.lines().filter(early).collect();
+    std::fs::write(&file, kept.join("\n") + "\n").expect("a file");
+    file
+}
+
+#[test]
+fn simulate_p2_by_name() {
+    let d = directory();
+    let out = d.path().join("P2");
+    let printed = succeed(&[
+        "simulate",
+        "P2",
+        "--mesh",
+        "coarse",
+        "--record",
+        "all",
+        "--out",
+        text(&out),
+        "--points",
+        "60",
+    ]);
+    assert!(printed.contains("peak force"), "{printed}");
+    let csv = out.with_extension("csv");
+    let force = column(&csv, "force_mN");
+    let peak = force.iter().copied().fold(0.0, f64::max);
+    // The limit of zero mesh size is 11.9 mN (design, section 6); a coarse mesh lies above.
+    assert!((11.5..13.0).contains(&peak), "{peak}");
+    let last = force.last().expect("a force");
+    assert!((4.9..5.4).contains(last), "{last}");
+    let (solid, fluid) = (column(&csv, "force_solid_mN"), column(&csv, "force_fluid_mN"));
+    for ((f, s), p) in force.iter().zip(&solid).zip(&fluid) {
+        assert!((f - s - p).abs() < 1e-6);
+    }
+    let volume = column(&csv, "fluid_expelled_mm^3");
+    assert!(volume.last().expect("a volume") > &0.0);
+    // What simulate writes, identify and simulate can read.
+    let again = d.path().join("again");
+    succeed(&["simulate", text(&csv), "--mesh", "coarse", "--out", text(&again)]);
+    assert_eq!(column(&again.with_extension("csv"), "time_s").len(), force.len());
+}
+
+#[test]
+fn settings_with_units_reach_the_model() {
+    let d = directory();
+    let file = beginning(d.path(), 0.3);
+    let force = |settings: &[&str]| {
+        let out = d.path().join("curve");
+        let base = ["simulate", text(&file), "--mesh", "coarse", "--out", text(&out)];
+        succeed(&[&base[..], settings].concat());
+        *column(&out.with_extension("csv"), "force_mN").last().expect("a force")
+    };
+    let plain = force(&[]);
+    assert_eq!(force(&["--set", "geometry.sample_height=10mm"]), plain);
+    assert!(force(&["--set", "geometry.sample_height=20mm"]) < 0.98 * plain);
+    assert!(force(&["--set", "material.equilibrium.mu=-868"]) > 1.1 * plain);
+    assert!(force(&["--set", "boundary.bonded_punch=false"]) < plain);
+}
+
+#[test]
+fn identify_finds_a_viscosity_and_names_the_validation() {
+    let d = directory();
+    let (file, out) = (beginning(d.path(), 1.0), d.path().join("out"));
+    let fit = ["--free", "material.branch[1].eta", "--start", "material.branch[1].eta=30"];
+    let base = ["identify", text(&file), "--mesh", "coarse", "--out", text(&out)];
+    let printed = succeed(&[&base[..], &fit[..]].concat());
+    assert!(printed.contains("eta_1"), "{printed}");
+    let result = json(&out.join("result.json"));
+    let row = &result["parameters"][0];
+    let value = |name: &str| row[name].as_f64().expect("a number");
+    // Made with 50.6 Pa s; the height of the median is known to 4.5 %.
+    assert!((value("value") / 50.6 - 1.0).abs() < 0.15, "{row}");
+    assert!(value("lower") < value("value") && value("value") < value("upper"));
+    assert_eq!(result["measurements"][0]["synthetic"], true);
+}
+
+#[test]
+fn a_model_that_refuses_its_parameters_says_so() {
+    let error = fail(&["simulate", "P2", "--set", "material.equilibrium.mu=100"]);
+    assert!(error.contains("material.equilibrium") && error.contains("same sign"), "{error}");
+}
+
+#[test]
+fn help_lists_every_parameter_with_its_unit() {
+    let help = succeed(&["simulate", "--help"]);
+    for line in [
+        "material.permeability [mm^2] = 0.0000000023",
+        "material.branch[2].eta [Pa s] = 4680",
+        "mesh.preset = standard",
+    ] {
+        assert!(help.contains(line), "{line} is not in\n{help}");
+    }
+}
