@@ -29,7 +29,7 @@ impl<S: Into<String>> FromIterator<(S, f64)> for Values {
     }
 }
 
-/// Value [SI] of a quantity at given parameters; `None` where it is undefined.
+/// Value (SI) of a quantity at given parameters; `None` where it is undefined.
 pub type Evaluate = Box<dyn Fn(&Values) -> Option<f64>>;
 
 /// A quantity that depends on named parameters.
@@ -42,7 +42,7 @@ pub struct DerivedQuantity {
     pub formula: String,
     /// Unit for people.
     pub unit: Unit,
-    /// Value [SI] at given parameters; `None` where it is undefined.
+    /// Value (SI) at given parameters; `None` where it is undefined.
     pub evaluate: Evaluate,
 }
 
