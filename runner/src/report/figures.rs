@@ -167,9 +167,9 @@ pub(super) fn convergence(report: &FitReport) -> Option<String> {
 
 /// Where contact and peak lie in a measurement.
 struct Phases {
-    /// Time at which the depth crosses zero [s].
+    /// Time at which the depth crosses zero (s).
     contact: f64,
-    /// Time from contact to the largest depth [s].
+    /// Time from contact to the largest depth (s).
     peak: f64,
     /// Index of the first point at the largest depth.
     peak_index: usize,
