@@ -29,6 +29,9 @@ impl<S: Into<String>> FromIterator<(S, f64)> for Values {
     }
 }
 
+/// Value (SI) of a quantity at given parameters; `None` where it is undefined.
+pub type Evaluate = Box<dyn Fn(&Values) -> Option<f64>>;
+
 /// A quantity that depends on named parameters.
 pub struct DerivedQuantity {
     /// Full name, e.g. `shear_modulus[1]`.
@@ -39,8 +42,8 @@ pub struct DerivedQuantity {
     pub formula: String,
     /// Unit for people.
     pub unit: Unit,
-    /// Value [SI] at given parameters; `None` where it is undefined.
-    pub evaluate: Box<dyn Fn(&Values) -> Option<f64>>,
+    /// Value (SI) at given parameters; `None` where it is undefined.
+    pub evaluate: Evaluate,
 }
 
 /// A derived quantity at the solution, values in SI.
@@ -127,7 +130,6 @@ pub fn material_quantities(branches: usize) -> Vec<DerivedQuantity> {
     let quantity = |name: &str, symbol: &str, formula: &str, unit: (&str, f64)| {
         (name.to_owned(), symbol.to_owned(), formula.to_owned(), Unit::new(unit.0, unit.1))
     };
-    type Evaluate = Box<dyn Fn(&Values) -> Option<f64>>;
     let build = |(name, symbol, formula, unit), evaluate: Evaluate| DerivedQuantity {
         name,
         symbol,

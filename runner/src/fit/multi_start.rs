@@ -50,7 +50,7 @@ pub struct StartRecord {
 /// The best solution and the fate of each start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MultiStart {
-    /// The solution of smallest chi^2.
+    /// The solution of smallest chi^2; among statistical equals that of the earliest start.
     pub best: Solution,
     /// Which start it came from.
     pub best_start: usize,
@@ -90,7 +90,7 @@ pub fn minimise_from_many<P: Problem + ?Sized>(
             Ok(solution) => {
                 stopped |= solution.stop == StopReason::StopRequested;
                 records[index].complete(&solution);
-                if best.as_ref().is_none_or(|(_, b)| solution.chi_square < b.chi_square) {
+                if best.as_ref().is_none_or(|(_, b)| significantly_better(&solution, b)) {
                     best = Some((index, solution));
                 }
             }
@@ -133,6 +133,12 @@ pub fn latin_hypercube(bounds: &Bounds, count: usize, seed: u64) -> Vec<Vec<f64>
 /// A number strictly between 0 and 1, from the upper 52 bits.
 fn uniform(rng: &mut ChaCha8Rng) -> f64 {
     ((rng.next_u64() >> 12) as f64 + 0.5) / (1u64 << 52) as f64
+}
+
+/// Lower by more than the noise of one residual. Among equals the earliest start stays, the user's first of all:
+/// interchangeable parameters (the branches of a viscous model) then keep the order that the user gave them.
+fn significantly_better(new: &Solution, old: &Solution) -> bool {
+    new.chi_square < old.chi_square * (1.0 - 1.0 / old.residual.len() as f64)
 }
 
 /// chi^2 at each start; a single start needs no screening. Second: whether the user interrupted.

@@ -94,7 +94,7 @@ impl FitParameter {
         Ok(Self { name: name.to_owned(), symbol: symbol.to_owned(), unit, start, lower, upper, transform })
     }
 
-    /// The optimiser's variable for a value [SI].
+    /// The optimiser's variable for a value (SI).
     pub fn to_internal(&self, value: f64) -> f64 {
         match self.transform {
             Transform::Logarithmic { .. } => value.abs().ln(),
@@ -102,7 +102,7 @@ impl FitParameter {
         }
     }
 
-    /// The value [SI] for the optimiser's variable.
+    /// The value (SI) for the optimiser's variable.
     pub fn to_value(&self, x: f64) -> f64 {
         match self.transform {
             Transform::Logarithmic { negative } => x.exp() * if negative { -1.0 } else { 1.0 },
@@ -135,7 +135,7 @@ pub fn internal_problem(parameters: &[FitParameter]) -> Result<(Vec<f64>, Bounds
     Ok((start, Bounds::new(lower, upper)?))
 }
 
-/// Values [SI] at a point of the optimiser.
+/// Values (SI) at a point of the optimiser.
 pub fn values_at(parameters: &[FitParameter], x: &[f64]) -> Vec<f64> {
     parameters.iter().zip(x).map(|(p, &x)| p.to_value(x)).collect()
 }

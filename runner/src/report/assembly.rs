@@ -19,21 +19,21 @@ pub struct MeasuredCurve {
     pub role: Role,
     /// Provenance comment of the file.
     pub provenance: Option<String>,
-    /// Times [s].
+    /// Times (s).
     pub time_s: Vec<f64>,
-    /// Depth [mm].
+    /// Depth (mm).
     pub displacement_mm: Vec<f64>,
-    /// Measured force [mN].
+    /// Measured force (mN).
     pub measured_mn: Vec<f64>,
-    /// Spread between specimens [mN].
+    /// Spread between specimens (mN).
     pub spread_mn: Option<Vec<f64>>,
-    /// Standard deviation of each point [mN]; empty if unknown.
+    /// Standard deviation of each point (mN); empty if unknown.
     pub sigma_mn: Vec<f64>,
-    /// Model's force [mN].
+    /// Model's force (mN).
     pub model_mn: Vec<f64>,
-    /// Its solid part [mN].
+    /// Its solid part (mN).
     pub model_solid_mn: Option<Vec<f64>>,
-    /// Its fluid part [mN].
+    /// Its fluid part (mN).
     pub model_fluid_mn: Option<Vec<f64>>,
 }
 

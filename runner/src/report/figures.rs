@@ -61,11 +61,12 @@ pub(super) fn normalised_relaxation(report: &FitReport) -> String {
     for (i, m) in report.measurements.iter().enumerate() {
         let peak = Phases::of(m).peak_index;
         let start = m.time_s[peak];
-        let time: Vec<f64> = m.time_s[peak + 1..].iter().map(|t| t - start).collect();
+        // A log axis that began at the first microsecond would show nothing but the plateau.
+        let first = m.time_s.iter().position(|t| t - start >= 1e-3).unwrap_or(peak);
+        let time: Vec<f64> = m.time_s[first..].iter().map(|t| t - start).collect();
         let colour = palette::measurement(i);
-        let over = |f: &[f64], peak_force: f64| -> Vec<f64> {
-            f[peak + 1..].iter().map(|v| v / peak_force).collect()
-        };
+        let over =
+            |f: &[f64], peak_force: f64| -> Vec<f64> { f[first..].iter().map(|v| v / peak_force).collect() };
         chart = chart
             .with(None, colour, Mark::Points, &time, &over(&m.measured_mn, m.peak_mn.measured))
             .with(Some(&m.name), colour, Mark::Line, &time, &over(&m.model_mn, m.peak_mn.model));
@@ -166,9 +167,9 @@ pub(super) fn convergence(report: &FitReport) -> Option<String> {
 
 /// Where contact and peak lie in a measurement.
 struct Phases {
-    /// Time at which the depth crosses zero [s].
+    /// Time at which the depth crosses zero (s).
     contact: f64,
-    /// Time from contact to the largest depth [s].
+    /// Time from contact to the largest depth (s).
     peak: f64,
     /// Index of the first point at the largest depth.
     peak_index: usize,

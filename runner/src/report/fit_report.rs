@@ -177,33 +177,33 @@ pub struct MeasurementResult {
     pub provenance: Option<String>,
     /// Whether the data are synthetic.
     pub synthetic: bool,
-    /// Times [s].
+    /// Times (s).
     pub time_s: Vec<f64>,
-    /// Depth, positive into the sample [mm].
+    /// Depth, positive into the sample (mm).
     pub displacement_mm: Vec<f64>,
-    /// Measured force [mN].
+    /// Measured force (mN).
     pub measured_mn: Vec<f64>,
-    /// Spread between specimens (standard deviation) [mN].
+    /// Spread between specimens (standard deviation) (mN).
     pub spread_mn: Option<Vec<f64>>,
-    /// Standard deviation of each measured point [mN]; empty if unknown.
+    /// Standard deviation of each measured point (mN); empty if unknown.
     pub sigma_mn: Vec<f64>,
-    /// Model's force [mN].
+    /// Model's force (mN).
     pub model_mn: Vec<f64>,
-    /// Its solid part [mN].
+    /// Its solid part (mN).
     pub model_solid_mn: Option<Vec<f64>>,
-    /// Its fluid part [mN].
+    /// Its fluid part (mN).
     pub model_fluid_mn: Option<Vec<f64>>,
     /// Sum of squared differences over sigma, or over mN (Eq. 16) if sigma is unknown.
     pub chi_square: f64,
     /// chi^2 per point.
     pub chi_square_per_point: f64,
-    /// Root mean square of the difference [mN].
+    /// Root mean square of the difference (mN).
     pub rms_mn: f64,
-    /// Peak force [mN].
+    /// Peak force (mN).
     pub peak_mn: Pair,
-    /// Force at the end [mN].
+    /// Force at the end (mN).
     pub end_mn: Pair,
-    /// Relaxation, (peak - end) / peak [%].
+    /// Relaxation, (peak - end) / peak (%).
     pub relaxation_percent: Pair,
 }
 
@@ -237,7 +237,7 @@ pub struct FitSummary {
     pub reduced_chi_square: f64,
     /// Residuals are in units of their known standard deviation.
     pub noise_known: bool,
-    /// Integrated autocorrelation time of the residuals [points].
+    /// Integrated autocorrelation time of the residuals (points).
     pub correlation_time: f64,
     /// Names of errors common to all points that the intervals account for.
     pub common_errors: Vec<String>,
@@ -256,7 +256,7 @@ pub struct RunStatistics {
     pub cancelled: usize,
     /// Mean number of simulations under way while a Jacobian was formed.
     pub mean_in_flight: f64,
-    /// Wall time [s].
+    /// Wall time (s).
     pub wall_time_s: f64,
     /// Reasons of failures, without repetition.
     pub failures: Vec<String>,

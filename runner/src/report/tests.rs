@@ -12,7 +12,7 @@ fn curve(name: &str, role: Role, amplitude: f64) -> MeasuredCurve {
     let time_s: Vec<f64> = (0..120).map(|i| -0.1 + 0.05 * i as f64).collect();
     let model = |t: f64| if t < 0.0 { 0.0 } else { amplitude * (0.4 + 0.6 * (-t / 2.0).exp()) };
     let model_mn: Vec<f64> = time_s.iter().map(|&t| model(t)).collect();
-    let noise = |i: usize| if i % 2 == 0 { SIGMA } else { -SIGMA };
+    let noise = |i: usize| if i.is_multiple_of(2) { SIGMA } else { -SIGMA };
     MeasuredCurve {
         name: name.to_owned(),
         file: format!("data/{name}.csv"),

@@ -277,8 +277,9 @@ fn draw_series(svg: &mut String, series: &Series, x: &Scale, y: &Scale) {
         }
         Mark::Points => {
             let _ = write!(svg, r#"<g fill="white" stroke="{colour}" stroke-width="1.1">"#);
+            let radius = if points.len() > 120 { 1.8 } else { 2.3 };
             for (a, b) in points {
-                let _ = write!(svg, r#"<circle cx="{a:.1}" cy="{b:.1}" r="2.2"/>"#);
+                let _ = write!(svg, r#"<circle cx="{a:.1}" cy="{b:.1}" r="{radius}"/>"#);
             }
             write!(svg, "</g>")
         }

@@ -56,7 +56,7 @@ impl Scale {
     fn linear_ticks(&self) -> Vec<(f64, Option<String>)> {
         let (low, high) = self.data;
         let length = (self.paper.1 - self.paper.0).abs();
-        let step = round_step((high - low) / (length / 50.0).clamp(4.0, 12.0));
+        let step = round_step((high - low) / (length / 50.0).clamp(5.0, 12.0));
         let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
         let first = (low / step - 1e-9).ceil() as i64;
         let last = (high / step + 1e-9).floor() as i64;
@@ -88,7 +88,7 @@ impl Scale {
 }
 
 fn power_label(value: f64, decade: i32) -> String {
-    if (-3..=4).contains(&decade) {
+    if (-3..=3).contains(&decade) {
         return format!("{value:.*}", (-decade).max(0) as usize);
     }
     let mantissa = (value / 10f64.powi(decade)).round();
