@@ -73,14 +73,14 @@ fn rate_and_derivative_make_the_same_ramp_as_the_displacement_ahead() {
     let expected = load(&mut running(), 0.0, 0.125, 3);
     let (mut by_rate, mut by_derivative) = (running(), running());
     set(&mut by_rate, "displacement_rate", 1e-3);
-    for n in 0..3 {
+    for (n, &force) in expected.iter().enumerate() {
         let time = n as f64 * 0.125;
         set(&mut by_rate, "displacement", 1e-3 * time);
         set(&mut by_derivative, "displacement", 1e-3 * time);
         by_derivative.set_input_derivatives(&[reference("displacement")], &[1], &[1e-3]).unwrap();
         for instance in [&mut by_rate, &mut by_derivative] {
             instance.do_step(time, 0.125).unwrap();
-            assert_eq!(get(instance, "force").to_bits(), expected[n]);
+            assert_eq!(get(instance, "force").to_bits(), force);
         }
     }
 }

@@ -11,7 +11,7 @@ const USE: &str = r#"<h2>Use from FMPy</h2>
 
 result = simulate_fmu(
     "poropunch.fmu", stop_time=10.0, output_interval=0.1,
-    start_values={"protocol.source": "trapezoid", "material.permeability": 1e-15},
+    start_values={"protocol.source": 2, "material.permeability": 1e-15},
     output=["punch_displacement", "force", "force_fluid"])
 print(result["force"].max())
 </pre>
