@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     progress.finish();
     let file = arguments.out.join("summary.csv");
     write_file(&file, summary.as_bytes())?;
-    println!("{} runs, {failed} failed; wrote {}", sets.len(), file.display());
+    say!("{} runs, {failed} failed; wrote {}", sets.len(), file.display());
     if let Some(trouble) = engine.cache().trouble() {
         eprintln!("warning: runs could not be kept in the cache: {trouble}");
     }

@@ -1,5 +1,13 @@
 //! The command line.
 
+/// Prints a line; a reader that has gone away (`| head`) is no reason to fail.
+macro_rules! say {
+    ($($part:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($part)*);
+    }};
+}
+
 mod batch;
 pub mod engine_args;
 mod identify;

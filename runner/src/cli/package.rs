@@ -22,11 +22,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let file = arguments.check.as_ref().unwrap_or(&arguments.out);
     if arguments.check.is_none() {
         write_archive(file, &builtin_library()?)?;
-        println!("wrote {}", file.display());
+        say!("wrote {}", file.display());
     }
     let problems = lint(file)?;
     if problems.is_empty() {
-        println!("checked: no problems");
+        say!("checked: no problems");
         return Ok(Ending::Complete);
     }
     Err(format!("{}: {} problems:\n  {}", file.display(), problems.len(), problems.join("\n  ")).into())

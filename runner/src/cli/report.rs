@@ -44,7 +44,7 @@ pub(super) fn write_views(report: &FitReport, directory: &Path) -> Result<(), Bo
     for (name, text) in &views {
         write_file(&directory.join(name), text.as_bytes())?;
     }
-    println!("{}", table(report));
-    println!("wrote result.json, parameters.csv, curves.csv and report.html to {}", directory.display());
+    say!("{}", table(report));
+    say!("wrote result.json, parameters.csv, curves.csv and report.html to {}", directory.display());
     Ok(())
 }

@@ -58,9 +58,9 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     write_file(&svg, force_plot(&motion.name, &curve).as_bytes())?;
     let forces = curve.time_s.iter().zip(curve.force_n());
     if let Some((time, peak)) = forces.max_by(|a, b| a.1.total_cmp(b.1)) {
-        println!("peak force {:.3} mN at {time:.3} s", peak * 1e3);
+        say!("peak force {:.3} mN at {time:.3} s", peak * 1e3);
     }
-    println!("wrote {} and {}", csv.display(), svg.display());
+    say!("wrote {} and {}", csv.display(), svg.display());
     Ok(Ending::Complete)
 }
 

@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let height = sample_height(&engine, &arguments.engine)?;
     let datasets: Vec<Dataset> =
         arguments.measurements.iter().map(|f| dataset(f, &weights, height)).collect::<Result<_, _>>()?;
-    println!("measurement  points  chi^2/point  rms [mN]  peak [mN] (measured)  relaxation [%] (measured)");
+    say!("measurement  points  chi^2/point  rms [mN]  peak [mN] (measured)  relaxation [%] (measured)");
     let mut failures = Vec::new();
     for (dataset, curve) in datasets.iter().zip(curves(&engine, &datasets, &values)) {
         let name = &dataset.measurement.name;
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
             }
         };
         let s = Score::of(dataset, &curve);
-        println!(
+        say!(
             "{name:11}  {:6}  {:11.3}  {:8.4}  {:9.3} ({:8.3})  {:14.1} ({:8.1})",
             s.points,
             s.chi_square / s.points as f64,
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
             s.model.relaxation * 100.0,
             s.measured.relaxation * 100.0
         );
-        println!("  {}", dataset.noise.description);
+        say!("  {}", dataset.noise.description);
         if let Some(directory) = &arguments.out {
             let file = directory.join(format!("{name}.csv"));
             write_file(&file, curve_csv(&curve, &[format!("model at the times of {name}")]).as_bytes())?;

@@ -4,6 +4,7 @@ use super::{Identification, curves, noise_of};
 use crate::engine::Engine;
 use crate::fit::derived::material_quantities;
 use crate::fit::{FitError, Values};
+use crate::fmi::VariableKind;
 use crate::objective::parameters::{display_unit, symbol};
 use crate::objective::{Dataset, ParameterMap};
 use crate::pool::ForceCurve;
@@ -104,7 +105,9 @@ fn fixed_rows(c: &Context, values: &BTreeMap<String, f64>) -> Vec<FixedRow> {
             continue;
         }
         let tie = c.parameters.ties().iter().find(|t| t.name == *name);
-        let Some(value) = set.or_else(|| variable.start_number()) else { continue };
+        let number = set.or_else(|| variable.start_number()).filter(|_| variable.kind == VariableKind::Real);
+        // Switches and presets are among the settings: they are no numbers.
+        let Some(value) = number else { continue };
         let unit = display_unit(variable);
         rows.push(FixedRow {
             name: name.clone(),
