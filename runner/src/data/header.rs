@@ -103,8 +103,8 @@ fn is_specimen_name(lower: &str) -> bool {
 /// A diagnostic that `simulate --record` writes, e.g. `stored_energy_uJ`: its files can be read again.
 fn is_model_output(name: &str) -> bool {
     let outputs = variables::table().iter().filter(|v| v.causality == Causality::Output);
-    outputs.filter(|v| v.name != "force").filter_map(|v| Some((&v.name, v.unit()?))).any(|(output, unit)| {
-        name.strip_prefix(output.as_str()).and_then(|rest| rest.strip_prefix('_')) == Some(unit.display)
+    outputs.filter(|v| v.name != "force").filter_map(|v| Some((v.name, v.unit()?))).any(|(output, unit)| {
+        name.strip_prefix(output).and_then(|rest| rest.strip_prefix('_')) == Some(unit.display)
     })
 }
 

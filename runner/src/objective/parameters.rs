@@ -202,7 +202,7 @@ fn identification(own: bool, name: &str) -> Option<variables::Identification> {
 fn free_names(wiring: &Wiring, own: bool, asked: &[String]) -> Result<Vec<String>, SettingError> {
     if asked.is_empty() && own {
         let free = variables::identifiable().filter(|(_, i)| i.free);
-        return Ok(free.map(|(v, _)| v.name.clone()).collect());
+        return Ok(free.map(|(v, _)| v.name.to_owned()).collect());
     }
     asked.iter().map(|name| variable_named(wiring, name).map(|v| v.name.clone())).collect()
 }
