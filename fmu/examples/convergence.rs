@@ -1,4 +1,4 @@
-//! Convergence of the force in space and time: the tables of `docs/accuracy.md`.
+//! Convergence of the force in space and time: the tables of `tests/verification/README.md`.
 //!
 //! ```text
 //! cargo run --release -p poropunch --example convergence

@@ -9,6 +9,9 @@
 //! Parameters -> Model (mesh, structure) -> Instance -> advance, advance, ... -> Outputs
 //! ```
 
+// Tensor formulae are read by their indices.
+#![allow(clippy::needless_range_loop)]
+
 pub mod cosimulation;
 pub mod element;
 pub mod error;

@@ -76,7 +76,7 @@ fn with_kinks_between_samples(points: &[(f64, f64)], corners: &[usize]) -> Vec<(
 fn crossing([a, b, c, d]: [(f64, f64); 4]) -> Option<(f64, f64)> {
     let (before, after) = ((b.1 - a.1) / (b.0 - a.0), (d.1 - c.1) / (d.0 - c.0));
     let time = (c.1 - after * c.0 - b.1 + before * b.0) / (before - after);
-    (time > b.0 && time < c.0).then(|| (time, b.1 + before * (time - b.0)))
+    (time > b.0 && time < c.0).then_some((time, b.1 + before * (time - b.0)))
 }
 
 fn on_line(a: (f64, f64), b: (f64, f64), time: f64) -> f64 {

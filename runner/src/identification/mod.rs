@@ -97,6 +97,7 @@ fn noise_of(datasets: &[Dataset]) -> Noise {
             }
             common.push(CommonError { name: format!("height of {}", dataset.measurement.name), residual });
         }
+        common.extend(numerical_errors(dataset, before, total));
         before += points(dataset);
     }
     Noise {
@@ -104,6 +105,33 @@ fn noise_of(datasets: &[Dataset]) -> Noise {
         common,
         stretches: datasets.iter().map(points).collect(),
     }
+}
+
+/// Relative numerical error of the model's force that varies along the curve: the difference of its presets
+/// from the converged force changes by this much between the peak and the end of the hold.
+const NUMERICAL_ERROR: f64 = 1e-3;
+
+/// The numerical error as one independent error per decade of time: slow against the sampling, so it does not
+/// average out over the points as white noise does. Without it hundreds of points would claim a relaxation
+/// time more precisely than the model computes it.
+fn numerical_errors(dataset: &Dataset, before: usize, total: usize) -> Vec<CommonError> {
+    let time_s = &dataset.measurement.time_s;
+    let scale_n = dataset.scale_n();
+    let decade = |k: usize| (time_s[k] - time_s[0]).max(1e-2).log10();
+    let last = decade(time_s.len() - 1).ceil() as i32;
+    (-2..=last)
+        .map(|knot| {
+            let mut residual = vec![0.0; total];
+            for (k, (force, scale)) in dataset.measurement.force_n.iter().zip(scale_n).enumerate() {
+                let share = (1.0 - (decade(k) - f64::from(knot)).abs()).max(0.0);
+                residual[before + k] = NUMERICAL_ERROR * share * force / scale;
+            }
+            CommonError {
+                name: format!("numerical error of {} at 1e{knot} s", dataset.measurement.name),
+                residual,
+            }
+        })
+        .collect()
 }
 
 /// Curves of the datasets with given parameter values; those that failed say why.

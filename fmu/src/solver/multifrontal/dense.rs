@@ -6,7 +6,7 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
-use std::ops::{AddAssign, Mul, Neg, SubAssign};
+use std::ops::{AddAssign, Mul, MulAssign, Neg, SubAssign};
 
 /// Rows of a tile; borders are padded to whole tiles.
 pub(super) const ROWS: usize = 8;
@@ -25,6 +25,7 @@ pub trait Scalar:
     + PartialOrd
     + AddAssign
     + SubAssign
+    + MulAssign
     + Mul<Output = Self>
     + Neg<Output = Self>
 {
@@ -290,7 +291,7 @@ fn solve_columns<T: Scalar, const W: usize>(done: &[T], rest: &mut [T], height: 
                 }
             }
             for i in 0..ROWS {
-                x[j][i] = x[j][i] * corner[j][j];
+                x[j][i] *= corner[j][j];
             }
         }
         for (column, x) in rest[row..].chunks_mut(height).zip(&x) {

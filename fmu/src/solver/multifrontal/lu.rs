@@ -69,7 +69,7 @@ fn eliminate<T: Scalar>(a: &mut [T], order: usize, k: usize, end: usize) {
     let pivot_column = &mut left[k * order..];
     let inverse = T::from_f64(1.0 / pivot_column[k].to_f64());
     pivot_column[k] = inverse;
-    pivot_column[k + 1..].iter_mut().for_each(|x| *x = *x * inverse);
+    pivot_column[k + 1..].iter_mut().for_each(|x| *x *= inverse);
     let lower = &pivot_column[k + 1..];
     for column in right.chunks_exact_mut(order).take(end - k - 1) {
         let factor = -column[k];

@@ -127,7 +127,7 @@ fn backward<T: Scalar, const W: usize>(front: &Front, slab: &[T], x: &mut [[T; W
     }
     for (k, column) in slab[..front.lower_start()].chunks_exact(front.own.max(1)).enumerate().rev() {
         let (head, tail) = x.split_at_mut(k);
-        tail[0].iter_mut().for_each(|x| *x = *x * column[k]); // the inverse pivot
+        tail[0].iter_mut().for_each(|x| *x *= column[k]); // the inverse pivot
         subtract_scaled(head, &column[..k], &tail[0]);
     }
 }
