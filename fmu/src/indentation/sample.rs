@@ -33,15 +33,12 @@ impl Sample {
         Ok(Self { mesh, geometry, map, structure })
     }
 
-    /// The sample of a geometry; equal geometries and meshes share one.
+    /// The sample of a geometry; equal geometries and meshes that are alive share one.
     ///
     /// # Errors
     /// When the mesh has too many unknowns.
     pub fn shared(geometry: &GeometryParameters, mesh: &MeshParameters) -> Result<Arc<Self>, StructureError> {
-        type Key = (GeometryParameters, MeshParameters);
-        static LIVE: Mutex<Vec<(Key, Weak<Sample>)>> = Mutex::new(Vec::new());
         let mut live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
-        live.retain(|(_, sample)| sample.strong_count() > 0);
         let key = (geometry.clone(), mesh.clone());
         if let Some(sample) = live.iter().find(|(k, _)| *k == key).and_then(|(_, s)| s.upgrade()) {
             return Ok(sample);
@@ -49,6 +46,18 @@ impl Sample {
         let sample = Arc::new(Self::from_mesh(Mesh::new(geometry, mesh))?);
         live.push((key, Arc::downgrade(&sample)));
         Ok(sample)
+    }
+}
+
+type Key = (GeometryParameters, MeshParameters);
+static LIVE: Mutex<Vec<(Key, Weak<Sample>)>> = Mutex::new(Vec::new());
+
+impl Drop for Sample {
+    /// Forgets dead entries at once: a host that unloads the library shall not keep their memory.
+    fn drop(&mut self) {
+        let mut live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
+        live.retain(|(_, sample)| sample.strong_count() > 0);
+        live.shrink_to_fit();
     }
 }
 

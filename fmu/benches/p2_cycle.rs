@@ -1,0 +1,55 @@
+//! Cost of protocol P2's first cycle (ramp and 90 s of hold), and how instances scale over threads.
+//!
+//! ```text
+//! cargo bench -p poropunch --bench p2_cycle
+//! ```
+
+use cpu_time::ThreadTime;
+use poropunch::parameters::MeshPreset;
+use poropunch::{Instance, Model, Parameters, Statistics, StepError};
+use rayon::prelude::*;
+use std::time::Instant;
+
+const REPETITIONS: usize = 5;
+const INSTANCES: usize = 8;
+
+fn cycle(model: &Model) -> Result<Statistics, StepError> {
+    let mut instance = Instance::new(model, -1e-4)?;
+    for (duration, displacement) in [(1.1 / 1.6, 1e-3), (90.0, 1e-3)] {
+        instance.set_displacement(displacement);
+        instance.advance(duration)?;
+    }
+    Ok(instance.statistics())
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    println!("| mesh | unknowns | steps | iterations | CPU s, least of {REPETITIONS} |");
+    println!("|---|---|---|---|---|");
+    for preset in [MeshPreset::Coarse, MeshPreset::Standard, MeshPreset::Fine] {
+        let mut parameters = Parameters::default();
+        parameters.mesh.preset = preset;
+        let model = Model::new(parameters)?;
+        let (mut least, mut statistics) = (f64::INFINITY, Statistics::default());
+        for _ in 0..REPETITIONS {
+            let start = ThreadTime::now();
+            statistics = cycle(&model)?;
+            least = least.min(start.elapsed().as_secs_f64());
+        }
+        let Statistics { steps, iterations, .. } = statistics;
+        println!("| {preset:?} | {} | {steps} | {iterations} | {least:.2} |", model.unknowns());
+    }
+
+    let model = Model::new(Parameters::default())?;
+    let throughput = |threads: usize| -> Result<f64, Box<dyn std::error::Error>> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let start = Instant::now();
+        pool.install(|| (0..INSTANCES).into_par_iter().try_for_each(|_| cycle(&model).map(drop)))?;
+        Ok(INSTANCES as f64 / start.elapsed().as_secs_f64())
+    };
+    let (one, two) = (throughput(1)?, throughput(2)?);
+    println!(
+        "\nstandard, cycles per second: {one:.2} on 1 thread, {two:.2} on 2 threads, ratio {:.2}",
+        two / one
+    );
+    Ok(())
+}
