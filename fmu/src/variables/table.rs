@@ -349,6 +349,11 @@ const BOUNDARY: &[Variable] = &[
         "The sample is glued to its support; otherwise it slides without friction",
         field!(Boolean, padded.boundary.bonded_bottom),
     ),
+    flag(
+        "boundary.confined_side",
+        "No radial displacement of the lateral surface (a smooth rigid ring); otherwise it is free",
+        field!(Boolean, padded.boundary.confined_side),
+    ),
 ];
 
 const SOLVER: &[Variable] = &[
