@@ -16,8 +16,9 @@ use std::sync::Arc;
 const MAX_GROWTH: f64 = 2.0;
 /// A step shrinks, after an excessive error, by at most this factor.
 const MAX_SHRINK: f64 = 0.25;
-/// Ratio of a step's error to the misfit of the extrapolation: the SDIRK2 error constant.
-const ERROR_CONSTANT: f64 = 0.04;
+/// Ratio of the error to the misfit of the extrapolation: 0.04 for an SDIRK2 step, and up to this for the
+/// interpolation between its ends.
+const ERROR_CONSTANT: f64 = 0.1;
 /// A step is repeated when its estimated error exceeds the tolerance by this factor.
 const REJECT: f64 = 8.0;
 /// No step moves the punch by more than this fraction of its radius.
