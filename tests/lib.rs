@@ -3,12 +3,12 @@
 use poropunch::parameters::{BranchParameters, MaterialParameters, OgdenParameters};
 use poropunch::{Instance, Model, Outputs, Parameters};
 
-/// Depth of the paper's protocols [m].
+/// Depth of the paper's protocols (m).
 pub const DEPTH: f64 = 1e-3;
-/// Loading rates of protocols P1 and P2 [m/s].
+/// Loading rates of protocols P1 and P2 (m/s).
 pub const RATES: [f64; 2] = [1.0e-3, 1.6e-3];
 
-/// Results of loading to [`DEPTH`] at `rate` [m/s] from first touch and holding, at the given times [s].
+/// Results of loading to [`DEPTH`] at `rate` (m/s) from first touch and holding, at the given times (s).
 pub fn load_and_hold(parameters: &Parameters, rate: f64, times_s: &[f64]) -> Vec<Outputs> {
     let model = Model::new(parameters.clone()).expect("admissible parameters");
     let mut instance = Instance::new(&model, 0.0).expect("starts at the surface");
@@ -31,7 +31,7 @@ pub fn load_and_hold(parameters: &Parameters, rate: f64, times_s: &[f64]) -> Vec
     results
 }
 
-/// A material without viscous branches: shear modulus [Pa], bulk modulus [Pa], mobility K0/mu_FR [m^4/(N s)].
+/// A material without viscous branches: shear modulus (Pa), bulk modulus (Pa), mobility K0/mu_FR (m^4/(N s)).
 pub fn poroelastic(shear_modulus: f64, bulk_modulus: f64, mobility: f64) -> MaterialParameters {
     MaterialParameters {
         n0s: 0.2,
@@ -43,7 +43,7 @@ pub fn poroelastic(shear_modulus: f64, bulk_modulus: f64, mobility: f64) -> Mate
     }
 }
 
-/// A viscous branch with shear modulus [Pa] and relaxation time [s] at small strain.
+/// A viscous branch with shear modulus (Pa) and relaxation time (s) at small strain.
 pub fn branch(shear_modulus: f64, alpha: f64, relaxation_time: f64) -> BranchParameters {
     let ogden = OgdenParameters { mu: 2.0 * shear_modulus / alpha, alpha };
     BranchParameters { ogden, eta: shear_modulus * relaxation_time }

@@ -12,9 +12,9 @@ pub struct Component {
     pub slave: Slave,
     /// Life cycle.
     pub phase: Phase,
-    /// Experiment set by the master: start time and, where defined, stop time [s].
+    /// Experiment set by the master: start time and, where defined, stop time (s).
     pub experiment: (f64, Option<f64>),
-    /// End of the last successful step [s].
+    /// End of the last successful step (s).
     pub last_time: f64,
     /// Messages.
     pub logger: Logger,
@@ -31,7 +31,7 @@ pub struct Saved {
     pub phase: Phase,
     /// Experiment.
     pub experiment: (f64, Option<f64>),
-    /// End of the last successful step [s].
+    /// End of the last successful step (s).
     pub last_time: f64,
 }
 

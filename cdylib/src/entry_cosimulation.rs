@@ -110,7 +110,7 @@ pub unsafe extern "C" fn fmi2GetStatus(component: *mut c_void, kind: c_int, valu
     }
 }
 
-/// End of the last successful step [s].
+/// End of the last successful step (s).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealStatus(component: *mut c_void, kind: c_int, value: *mut f64) -> Status {
     // SAFETY: see the top of this file.

@@ -14,12 +14,12 @@ use runner::report::{self, Assembly, MeasuredCurve, Role, RunStatistics, Setting
 use std::ops::ControlFlow;
 use std::path::Path;
 
-/// Noise of the median of ten specimens [mN].
+/// Noise of the median of ten specimens (mN).
 const SIGMA_MN: f64 = 0.028;
 /// Scatter of the specimens' amplitude, as the standard deviation of their median.
 const AMPLITUDE: f64 = 0.12 * 1.25 / 3.162;
 
-/// Times [s] and depths [mm] of one cycle's loading at `rate` [mm/s] and 90 s hold.
+/// Times (s) and depths (mm) of one cycle's loading at `rate` [mm/s] and 90 s hold.
 fn protocol(rate: f64) -> (Vec<f64>, Vec<f64>) {
     let end = 1.1 / rate;
     let ramp = (0..).map(|i| 0.02 * i as f64).take_while(|&t| t < end);
@@ -29,7 +29,7 @@ fn protocol(rate: f64) -> (Vec<f64>, Vec<f64>) {
     (time, depth)
 }
 
-/// Force and its fluid part [mN]: mu, alpha of equilibrium and two branches, two viscosities, permeability.
+/// Force and its fluid part (mN): mu, alpha of equilibrium and two branches, two viscosities, permeability.
 fn surrogate(p: &[f64], time: &[f64], depth: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let stiffness = |mu: f64, alpha: f64, d: f64| {
         8.0 * 2.0 * 0.5 * mu * alpha * 1e-3 * (1.0 + 0.002 * alpha.abs() * d * d)

@@ -6,11 +6,11 @@ use crate::pool::ForceCurve;
 /// Peak and relaxation of a force history.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
-    /// Largest force [N].
+    /// Largest force (N).
     pub peak_n: f64,
-    /// Time of the largest force [s].
+    /// Time of the largest force (s).
     pub peak_time_s: f64,
-    /// (peak - last force) / peak [-].
+    /// (peak - last force) / peak (-).
     pub relaxation: f64,
 }
 
@@ -21,7 +21,7 @@ pub struct Score {
     pub points: usize,
     /// Sum of squared weighted residuals (Eq. 16 in mN^2 when no noise is known).
     pub chi_square: f64,
-    /// Root mean square difference in force [N].
+    /// Root mean square difference in force (N).
     pub rms_n: f64,
     /// What was measured.
     pub measured: Shape,
@@ -30,7 +30,7 @@ pub struct Score {
 }
 
 impl Shape {
-    /// Of forces [N] at times [s].
+    /// Of forces (N) at times (s).
     pub fn of(time_s: &[f64], force_n: &[f64]) -> Self {
         let points = time_s.iter().copied().zip(force_n.iter().copied());
         let (peak_time_s, peak_n) = points.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();

@@ -5,27 +5,27 @@ use thiserror::Error;
 /// What a unit measures; the name is that of the SI unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dimension {
-    /// Length [m].
+    /// Length (m).
     Length,
     /// Area, permeability [m^2].
     Area,
     /// Volume [m^3].
     Volume,
-    /// Time [s].
+    /// Time (s).
     Time,
     /// Speed [m/s].
     Speed,
-    /// Force [N].
+    /// Force (N).
     Force,
-    /// Pressure, stress, modulus [Pa].
+    /// Pressure, stress, modulus (Pa).
     Pressure,
     /// Dynamic viscosity [Pa s].
     Viscosity,
-    /// Energy [J].
+    /// Energy (J).
     Energy,
-    /// Power [W].
+    /// Power (W).
     Power,
-    /// A number [-].
+    /// A number (-).
     Number,
 }
 

@@ -12,7 +12,7 @@ pub struct Motion {
     pub name: String,
     /// The motion.
     pub protocol: Arc<Protocol>,
-    /// Output times [s].
+    /// Output times (s).
     pub time_s: Arc<[f64]>,
 }
 

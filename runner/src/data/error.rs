@@ -92,9 +92,9 @@ pub enum Problem {
     /// Time does not increase.
     #[error("time {time_s} s does not come after {previous_s} s")]
     NonMonotonicTime {
-        /// Time of the row [s].
+        /// Time of the row (s).
         time_s: f64,
-        /// Time of the row before [s].
+        /// Time of the row before (s).
         previous_s: f64,
     },
     /// A spread below zero.
@@ -111,21 +111,21 @@ pub enum Problem {
     /// The punch stays above the surface.
     #[error("the punch never touches the sample: the largest displacement is {max_mm} mm")]
     NeverTouches {
-        /// Largest displacement [mm].
+        /// Largest displacement (mm).
         max_mm: f64,
     },
     /// The first row already indents.
     #[error("the history starts inside the sample, at {start_mm} mm")]
     StartsInside {
-        /// First displacement [mm].
+        /// First displacement (mm).
         start_mm: f64,
     },
     /// Deeper than the sample is high.
     #[error("the displacement reaches {depth_mm} mm, but the sample is {height_mm} mm high")]
     TooDeep {
-        /// Largest displacement [mm].
+        /// Largest displacement (mm).
         depth_mm: f64,
-        /// Height of the sample [mm].
+        /// Height of the sample (mm).
         height_mm: f64,
     },
     /// Specimens of one file with different times or motion.

@@ -112,7 +112,7 @@ fn find(stem: &str) -> Option<&'static Row> {
     STEMS.iter().find(|(canonical, others, ..)| *canonical == stem || others.contains(&stem))
 }
 
-/// `force [mN]` and `force (mN)` into name and unit.
+/// `force (mN)` and `force (mN)` into name and unit.
 fn split_unit(name: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some((stem, rest)) = name.split_once(open)

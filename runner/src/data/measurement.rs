@@ -13,15 +13,15 @@ pub struct Measurement {
     pub comments: Vec<String>,
     /// What was read leniently, for the user to check.
     pub notes: Vec<String>,
-    /// Times [s], strictly increasing.
+    /// Times (s), strictly increasing.
     pub time_s: Vec<f64>,
-    /// Displacement of the punch, positive into the sample [m].
+    /// Displacement of the punch, positive into the sample (m).
     pub displacement_m: Vec<f64>,
-    /// Force (median of the specimens), positive into the sample [N]; empty when only motion was asked for.
+    /// Force (median of the specimens), positive into the sample (N); empty when only motion was asked for.
     pub force_n: Vec<f64>,
-    /// Standard deviation of the force among specimens [N].
+    /// Standard deviation of the force among specimens (N).
     pub spread_n: Option<Vec<f64>>,
-    /// Force of each specimen [N], one row per specimen.
+    /// Force of each specimen (N), one row per specimen.
     pub specimens_n: Vec<Vec<f64>>,
 }
 
@@ -36,7 +36,7 @@ impl Measurement {
         self.time_s.is_empty()
     }
 
-    /// Largest displacement [m].
+    /// Largest displacement (m).
     pub fn depth_m(&self) -> f64 {
         self.displacement_m.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }

@@ -26,9 +26,9 @@ pub enum NoiseModel {
 /// Standard deviation of each point, and of a factor common to all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Noise {
-    /// Standard deviation per point [N]; empty when unknown (Eq. 16).
+    /// Standard deviation per point (N); empty when unknown (Eq. 16).
     pub sigma_n: Vec<f64>,
-    /// Relative standard deviation of a factor common to all points [-], if it can be told.
+    /// Relative standard deviation of a factor common to all points (-), if it can be told.
     pub common_factor: Option<f64>,
     /// In words, for the report.
     pub description: String,

@@ -95,11 +95,11 @@ pub struct Capabilities {
 /// Suggested experiment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DefaultExperiment {
-    /// Start [s].
+    /// Start (s).
     pub start_time: Option<f64>,
-    /// Stop [s].
+    /// Stop (s).
     pub stop_time: Option<f64>,
-    /// Step [s].
+    /// Step (s).
     pub step_size: Option<f64>,
 }
 

@@ -112,7 +112,7 @@ impl FmuInstance {
         Err(FmiError::Call { function, status, messages: reason(&self.messages) })
     }
 
-    /// Start and, where known, stop time [s].
+    /// Start and, where known, stop time (s).
     ///
     /// # Errors
     /// As the FMU says; so for all functions below.

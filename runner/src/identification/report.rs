@@ -26,7 +26,7 @@ pub struct Context<'a> {
     pub command: String,
     /// Settings worth keeping.
     pub settings: Vec<Setting>,
-    /// Wall time [s].
+    /// Wall time (s).
     pub seconds: f64,
 }
 

@@ -47,7 +47,7 @@ pub struct FitSettings {
     /// Parameter not to fit, at this value or its default (repeatable)
     #[arg(long, value_name = "NAME[=VALUE[UNIT]]")]
     pub fix: Vec<String>,
-    /// Parameter that follows another one, e.g. material.branch[2].mu=material.branch[1].mu*0.5 (repeatable)
+    /// Parameter that follows another one, e.g. material.branch\[2\].mu=material.branch\[1\].mu*0.5 (repeatable)
     #[arg(long, value_name = "NAME=OTHER*FACTOR")]
     pub tie: Vec<String>,
     /// Bounds of a fitted parameter [default: Table 1's] (repeatable)

@@ -20,7 +20,7 @@ pub struct Dataset {
     pub phases: Vec<Phase>,
     protocol: Arc<Protocol>,
     time_s: Arc<[f64]>,
-    /// Divides the difference in force [N]: deviation over the root of the phase's weight.
+    /// Divides the difference in force (N): deviation over the root of the phase's weight.
     scale_n: Vec<f64>,
 }
 
@@ -75,7 +75,7 @@ impl Dataset {
         Ok(Self { measurement, noise, phases, protocol, time_s, scale_n })
     }
 
-    /// The run that predicts this measurement with the given parameter values [SI].
+    /// The run that predicts this measurement with the given parameter values (SI).
     pub fn job(&self, parameters: &BTreeMap<String, f64>) -> Job {
         Job {
             parameters: parameters.clone(),
@@ -102,7 +102,7 @@ impl Dataset {
         self.scale_n.iter().filter(|s| s.is_finite()).count()
     }
 
-    /// What divides each point's difference in force [N].
+    /// What divides each point's difference in force (N).
     pub fn scale_n(&self) -> &[f64] {
         &self.scale_n
     }

@@ -9,29 +9,29 @@ use thiserror::Error;
 /// One simulation: everything that its result depends on, apart from the FMU itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
-    /// Values of the parameters that are set [SI]; the others keep the FMU's start values.
+    /// Values of the parameters that are set (SI); the others keep the FMU's start values.
     pub parameters: BTreeMap<String, f64>,
     /// Motion of the punch.
     pub protocol: Arc<Protocol>,
-    /// Times at which outputs are wanted [s], increasing, within the protocol.
+    /// Times at which outputs are wanted (s), increasing, within the protocol.
     pub time_s: Arc<[f64]>,
 }
 
 /// Result of a run: force and other outputs against time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ForceCurve {
-    /// Times [s].
+    /// Times (s).
     pub time_s: Vec<f64>,
-    /// Displacement of the punch [m].
+    /// Displacement of the punch (m).
     pub displacement_m: Vec<f64>,
     /// Name of each output, the force first.
     pub names: Vec<String>,
-    /// Values of each output [SI], in the order of `names`.
+    /// Values of each output (SI), in the order of `names`.
     pub values: Vec<Vec<f64>>,
 }
 
 impl ForceCurve {
-    /// Force on the punch [N].
+    /// Force on the punch (N).
     pub fn force_n(&self) -> &[f64] {
         self.values.first().map_or(&[], Vec::as_slice)
     }

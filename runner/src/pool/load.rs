@@ -48,7 +48,7 @@ impl Load {
         self.cancelled.load(Ordering::Relaxed)
     }
 
-    /// Time integral of the number of runs under way since the start [s].
+    /// Time integral of the number of runs under way since the start (s).
     pub fn run_seconds(&self) -> f64 {
         self.change(|running| running)
     }

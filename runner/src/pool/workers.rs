@@ -82,7 +82,7 @@ impl Pool {
         self.load.cancelled()
     }
 
-    /// Time integral of the number of runs under way since the start [s].
+    /// Time integral of the number of runs under way since the start (s).
     pub fn run_seconds(&self) -> f64 {
         self.load.run_seconds()
     }
