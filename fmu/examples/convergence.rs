@@ -9,10 +9,10 @@ use poropunch::{Instance, Model, Parameters, Statistics};
 
 type Error = Box<dyn std::error::Error>;
 
-/// Ramp of protocol P2 [s], depth [m].
+/// Ramp of protocol P2 (s), depth (m).
 const RAMP: f64 = 0.625;
 const DEPTH: f64 = 1e-3;
-/// Times after the end of the ramp [s].
+/// Times after the end of the ramp (s).
 const HOLD: [f64; 5] = [0.0, 1.0, 10.0, 30.0, 90.0];
 
 struct Run {

@@ -43,9 +43,9 @@ pub enum SlaveError {
     /// A communication point that the slave is not at.
     #[error("communication point {asked} s, but the slave is at {actual} s")]
     WrongTime {
-        /// Asked for [s].
+        /// Asked for (s).
         asked: f64,
-        /// Where the slave is [s].
+        /// Where the slave is (s).
         actual: f64,
     },
     /// Bytes that are not a saved state of this slave.
@@ -135,7 +135,7 @@ impl Slave {
         Ok(())
     }
 
-    /// Sets the velocity of the punch for the next step [m/s]; it takes the place of `displacement_rate`.
+    /// Sets the velocity of the punch for the next step (m/s); it takes the place of `displacement_rate`.
     ///
     /// # Errors
     /// Unless the variable is `displacement`, the order 1 and the value finite.
@@ -193,12 +193,12 @@ impl Slave {
         }
     }
 
-    /// Communication time [s], once initialised.
+    /// Communication time (s), once initialised.
     pub fn time(&self) -> Option<f64> {
         self.run.as_ref().map(|run| run.time)
     }
 
-    /// From the communication point `current` over a step of `size` [s].
+    /// From the communication point `current` over a step of `size` (s).
     ///
     /// # Errors
     /// When the slave is elsewhere, the size is not positive, or the model cannot make the step; nothing

@@ -30,7 +30,7 @@ pub enum ParameterError {
     NotElliptic {
         /// Name of the Ogden pair.
         name: String,
-        /// mu [Pa].
+        /// mu (Pa).
         mu: f64,
         /// alpha [-].
         alpha: f64,
@@ -52,9 +52,9 @@ pub enum StepError {
     /// The punch would reach or pierce the bottom of the sample.
     #[error("indentation {displacement} m reaches the sample's height {sample_height} m")]
     TooDeep {
-        /// Requested displacement [m].
+        /// Requested displacement (m).
         displacement: f64,
-        /// Height of the sample [m].
+        /// Height of the sample (m).
         sample_height: f64,
     },
     /// The bonded punch would pull at the sample.
@@ -63,17 +63,17 @@ pub enum StepError {
          lift-off after contact is not part of this model"
     )]
     Retraction {
-        /// Model time [s].
+        /// Model time (s).
         time: f64,
-        /// Displacement [m].
+        /// Displacement (m).
         displacement: f64,
     },
     /// The step size fell below its minimum without convergence.
     #[error("no convergence at {time} s down to a step of {step_size} s: {reason}")]
     NoConvergence {
-        /// Time at the start of the failed step [s].
+        /// Time at the start of the failed step (s).
         time: f64,
-        /// Smallest step tried [s].
+        /// Smallest step tried (s).
         step_size: f64,
         /// Why the last attempt failed.
         reason: String,

@@ -70,7 +70,7 @@ impl std::fmt::Debug for Instance {
 }
 
 impl Instance {
-    /// The undeformed sample at time 0 with the punch at `displacement` [m] (0 touches, negative is above).
+    /// The undeformed sample at time 0 with the punch at `displacement` (m) (0 touches, negative is above).
     ///
     /// # Errors
     /// When the punch would start inside the sample (`displacement > 0`) or is not a number.
@@ -93,17 +93,17 @@ impl Instance {
         Ok(Self { model: model.clone(), stepper, state })
     }
 
-    /// Model time since the start [s].
+    /// Model time since the start (s).
     pub fn time(&self) -> f64 {
         self.state.time
     }
 
-    /// Where the punch shall be at the end of the next `advance` [m].
+    /// Where the punch shall be at the end of the next `advance` (m).
     pub fn set_displacement(&mut self, displacement: f64) {
         self.state.target = displacement;
     }
 
-    /// Moves the punch at constant velocity to the set displacement within `duration` [s].
+    /// Moves the punch at constant velocity to the set displacement within `duration` (s).
     ///
     /// # Errors
     /// When the step cannot be made; the state is then unchanged.

@@ -5,29 +5,29 @@ use serde::{Deserialize, Serialize};
 /// Results at one time, for the whole (not the half) punch. SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Outputs {
-    /// Displacement of the punch, positive into the sample [m].
+    /// Displacement of the punch, positive into the sample (m).
     pub displacement: f64,
-    /// Reaction force: minus the sum of nodal residuals over the punch [N].
+    /// Reaction force: minus the sum of nodal residuals over the punch (N).
     pub force: f64,
-    /// Solid part, `force - force_fluid` [N].
+    /// Solid part, `force - force_fluid` (N).
     pub force_solid: f64,
-    /// Fluid part: integral of the pore pressure over the deformed contact area [N].
+    /// Fluid part: integral of the pore pressure over the deformed contact area (N).
     pub force_fluid: f64,
-    /// Surface integral of the traction, as the paper reports it; does not converge with the mesh [N].
+    /// Surface integral of the traction, as the paper reports it; does not converge with the mesh (N).
     pub force_traction: f64,
-    /// Viscous dissipation rate (Eq. 13) [W].
+    /// Viscous dissipation rate (Eq. 13) (W).
     pub viscous_dissipation_rate: f64,
-    /// Viscous dissipation since the start [J].
+    /// Viscous dissipation since the start (J).
     pub viscous_dissipation: f64,
-    /// Porous dissipation rate (Eq. 14) [W].
+    /// Porous dissipation rate (Eq. 14) (W).
     pub porous_dissipation_rate: f64,
-    /// Porous dissipation since the start [J].
+    /// Porous dissipation since the start (J).
     pub porous_dissipation: f64,
-    /// Stored energy of equilibrium, branches and volume [J].
+    /// Stored energy of equilibrium, branches and volume (J).
     pub stored_energy: f64,
-    /// Work of the punch since the start [J].
+    /// Work of the punch since the start (J).
     pub external_work: f64,
-    /// Fluid volume pressed out of the sample since the start [m^3].
+    /// Fluid volume pressed out of the sample since the start (m^3).
     pub fluid_expelled: f64,
 }
 

@@ -21,14 +21,14 @@ pub struct Parameters {
 /// One Ogden term: `beta_a = mu (ltilde_a^alpha - mean_b ltilde_b^alpha)` (Eqs. 8, 9).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OgdenParameters {
-    /// Stress-like coefficient mu [Pa]; has the sign of `alpha`.
+    /// Stress-like coefficient mu (Pa); has the sign of `alpha`.
     pub mu: f64,
     /// Exponent alpha [-].
     pub alpha: f64,
 }
 
 impl OgdenParameters {
-    /// Shear modulus at small strain, `mu alpha / 2` [Pa].
+    /// Shear modulus at small strain, `mu alpha / 2` (Pa).
     pub fn shear_modulus(&self) -> f64 {
         0.5 * self.mu * self.alpha
     }
@@ -39,12 +39,12 @@ impl OgdenParameters {
 pub struct BranchParameters {
     /// The spring.
     pub ogden: OgdenParameters,
-    /// Viscosity eta [Pa s].
+    /// Viscosity eta (Pa s).
     pub eta: f64,
 }
 
 impl BranchParameters {
-    /// Relaxation time at small strain, `eta / (mu alpha / 2)` [s].
+    /// Relaxation time at small strain, `eta / (mu alpha / 2)` (s).
     pub fn relaxation_time(&self) -> f64 {
         self.eta / self.ogden.shear_modulus()
     }
@@ -55,11 +55,11 @@ impl BranchParameters {
 pub struct MaterialParameters {
     /// Initial solid volume fraction n0S [-].
     pub n0s: f64,
-    /// Volumetric stiffness lambda* [Pa] (Eq. 10).
+    /// Volumetric stiffness lambda* (Pa) (Eq. 10).
     pub lambda_star: f64,
-    /// Dynamic viscosity of the pore fluid mu_FR [Pa s].
+    /// Dynamic viscosity of the pore fluid mu_FR (Pa s).
     pub fluid_viscosity: f64,
-    /// Initial intrinsic permeability K0 [m^2].
+    /// Initial intrinsic permeability K0 (m^2).
     pub permeability: f64,
     /// Equilibrium response.
     pub equilibrium: OgdenParameters,
@@ -84,11 +84,11 @@ impl Default for MaterialParameters {
 /// Punch and sample.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GeometryParameters {
-    /// Radius of the flat punch [m].
+    /// Radius of the flat punch (m).
     pub punch_radius: f64,
-    /// Radius of the sample [m].
+    /// Radius of the sample (m).
     pub sample_radius: f64,
-    /// Height of the sample [m].
+    /// Height of the sample (m).
     pub sample_height: f64,
 }
 
@@ -115,7 +115,7 @@ pub enum MeshPreset {
 pub struct MeshParameters {
     /// The preset.
     pub preset: MeshPreset,
-    /// Size of the innermost ring of elements at the punch's edge [m]; 0 takes the preset's.
+    /// Size of the innermost ring of elements at the punch's edge (m); 0 takes the preset's.
     pub edge_size: f64,
     /// Ratio of neighbouring rings [-]; 0 takes the preset's.
     pub growth: f64,
@@ -173,9 +173,9 @@ pub struct SolverParameters {
     pub time_scheme: TimeScheme,
     /// Relative error allowed per step in the force [-].
     pub tolerance: f64,
-    /// Travel of the punch within the first step after a change of its velocity [m].
+    /// Travel of the punch within the first step after a change of its velocity (m).
     pub initial_increment: f64,
-    /// Largest step [s].
+    /// Largest step (s).
     pub max_step: f64,
     /// Newton iteration ends when the scaled residual is below this [-].
     pub newton_tolerance: f64,

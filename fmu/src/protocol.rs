@@ -14,9 +14,9 @@ pub enum ProtocolError {
     NotFinite {
         /// Number of the point, from 0.
         index: usize,
-        /// Its time [s].
+        /// Its time (s).
         time: f64,
-        /// Its displacement [m].
+        /// Its displacement (m).
         displacement: f64,
     },
     /// Time does not increase.
@@ -24,9 +24,9 @@ pub enum ProtocolError {
     NotIncreasing {
         /// Number of the point, from 0.
         index: usize,
-        /// Its time [s].
+        /// Its time (s).
         time: f64,
-        /// Time of the point before it [s].
+        /// Time of the point before it (s).
         previous: f64,
     },
 }
@@ -38,7 +38,7 @@ pub struct Protocol {
 }
 
 impl Protocol {
-    /// From points (time [s], displacement [m]) with strictly increasing times.
+    /// From points (time (s), displacement (m)) with strictly increasing times.
     ///
     /// # Errors
     /// Names the first point that is not a number or not later than the one before it.
@@ -57,22 +57,22 @@ impl Protocol {
         Ok(Self { points })
     }
 
-    /// Breakpoints: time [s], displacement [m].
+    /// Breakpoints: time (s), displacement (m).
     pub fn points(&self) -> &[(f64, f64)] {
         &self.points
     }
 
-    /// Time of the first point [s].
+    /// Time of the first point (s).
     pub fn start_time(&self) -> f64 {
         self.points[0].0
     }
 
-    /// Time of the last point [s].
+    /// Time of the last point (s).
     pub fn end_time(&self) -> f64 {
         self.points[self.points.len() - 1].0
     }
 
-    /// Displacement [m] at a time [s].
+    /// Displacement (m) at a time (s).
     pub fn displacement(&self, time: f64) -> f64 {
         let after = self.points.partition_point(|&(t, _)| t <= time);
         match (after.checked_sub(1).map(|i| self.points[i]), self.points.get(after)) {
@@ -82,7 +82,7 @@ impl Protocol {
         }
     }
 
-    /// Breakpoints strictly between two times [s].
+    /// Breakpoints strictly between two times (s).
     pub fn breakpoints_between(&self, from: f64, to: f64) -> &[(f64, f64)] {
         let first = self.points.partition_point(|&(t, _)| t <= from);
         let last = self.points.partition_point(|&(t, _)| t < to);
@@ -93,23 +93,23 @@ impl Protocol {
 /// The paper's test (design, section 1): approach, load, hold, unload, rest, return, rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Trapezoid {
-    /// Height above the surface at the start [m].
+    /// Height above the surface at the start (m).
     pub start_gap: f64,
-    /// Velocity of loading [m/s].
+    /// Velocity of loading (m/s).
     pub loading_rate: f64,
-    /// Largest indentation [m].
+    /// Largest indentation (m).
     pub depth: f64,
-    /// Hold at the largest indentation [s].
+    /// Hold at the largest indentation (s).
     pub hold: f64,
-    /// Velocity of unloading and of the return [m/s].
+    /// Velocity of unloading and of the return (m/s).
     pub unloading_rate: f64,
-    /// Height above the surface after unloading [m].
+    /// Height above the surface after unloading (m).
     pub retraction: f64,
-    /// Rest at the retracted height [s].
+    /// Rest at the retracted height (s).
     pub rest_after_retraction: f64,
-    /// Height above the surface after the return [m].
+    /// Height above the surface after the return (m).
     pub return_height: f64,
-    /// Rest at the return height [s].
+    /// Rest at the return height (s).
     pub rest_after_return: f64,
     /// Number of cycles.
     pub cycles: i32,
@@ -143,7 +143,7 @@ impl Trapezoid {
         }
     }
 
-    /// Time at the end of the first hold [s].
+    /// Time at the end of the first hold (s).
     pub fn end_of_first_hold(&self) -> f64 {
         (self.start_gap + self.depth) / self.loading_rate + self.hold
     }

@@ -7,19 +7,19 @@ use thiserror::Error;
 pub enum Dimension {
     /// Length (m).
     Length,
-    /// Area, permeability [m^2].
+    /// Area, permeability (m^2).
     Area,
-    /// Volume [m^3].
+    /// Volume (m^3).
     Volume,
     /// Time (s).
     Time,
-    /// Speed [m/s].
+    /// Speed (m/s).
     Speed,
     /// Force (N).
     Force,
     /// Pressure, stress, modulus (Pa).
     Pressure,
-    /// Dynamic viscosity [Pa s].
+    /// Dynamic viscosity (Pa s).
     Viscosity,
     /// Energy (J).
     Energy,

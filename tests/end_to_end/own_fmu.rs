@@ -3,7 +3,7 @@
 use crate::program::{column, directory, fail, json, repository, succeed, text};
 use std::path::{Path, PathBuf};
 
-/// The shipped P2 up to a time [s]: a short history is a quick test.
+/// The shipped P2 up to a time (s): a short history is a quick test.
 fn beginning(directory: &Path, until: f64) -> PathBuf {
     let shipped = repository("data/measurement/table1-one-cycle/P2.csv");
     let lines = std::fs::read_to_string(shipped).expect("the shipped data");

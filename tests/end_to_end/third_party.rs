@@ -26,7 +26,7 @@ pub fn build(directory: &Path) -> PathBuf {
     fmu
 }
 
-/// Force [mN] of the standard linear solid (stiffnesses in mN/mm) under a ramp to 1 mm in 1 s and a hold.
+/// Force (mN) of the standard linear solid (stiffnesses in mN/mm) under a ramp to 1 mm in 1 s and a hold.
 pub fn exact(time: f64, slow: f64, fast: f64, tau: f64) -> f64 {
     let ramp = time.min(1.0);
     let loading = fast * tau * (1.0 - (-ramp / tau).exp());

@@ -70,7 +70,7 @@ pub fn running_p2() -> FmuInstance {
     instance
 }
 
-/// Loads at 1 mm/s over `steps` steps of `size` [s] from `start`; force after each, as bits.
+/// Loads at 1 mm/s over `steps` steps of `size` (s) from `start`; force after each, as bits.
 pub fn load(instance: &mut FmuInstance, start: f64, size: f64, steps: usize) -> Vec<u64> {
     let mut forces = Vec::with_capacity(steps);
     for n in 0..steps {

@@ -16,7 +16,7 @@ const HEIGHT: f64 = 1e-3;
 /// A thin column: lateral fixing comes from its bonded ends and side in [`column`].
 const RADIUS: f64 = 0.5e-3;
 
-/// Confined modulus K + 4 G / 3 [Pa].
+/// Confined modulus K + 4 G / 3 (Pa).
 const MODULUS: f64 = BULK + 4.0 * SHEAR / 3.0;
 /// Coefficient of consolidation [m^2/s].
 const CONSOLIDATION: f64 = MOBILITY * MODULUS;

@@ -8,7 +8,7 @@ use tests::poroelastic;
 const SHEAR: f64 = 500.0;
 const DEPTH: f64 = 1e-6;
 
-/// Force over `G a d` of a punch of 2 mm radius, pressed 1 um deep within `ramp` [s] and held for `hold` [s].
+/// Force over `G a d` of a punch of 2 mm radius, pressed 1 um deep within `ramp` (s) and held for `hold` (s).
 fn stiffness(size: f64, bulk: f64, mobility: f64, ramp: f64, hold: f64, bonded: bool) -> [f64; 2] {
     let mut parameters = Parameters { material: poroelastic(SHEAR, bulk, mobility), ..Default::default() };
     parameters.geometry =

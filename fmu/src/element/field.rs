@@ -9,13 +9,13 @@ use crate::material::PointMaterial;
 /// Volume integrals at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Integrals {
-    /// Stored energy [J].
+    /// Stored energy (J).
     pub stored_energy: f64,
-    /// Viscous dissipation rate [W] (Eq. 13).
+    /// Viscous dissipation rate (W) (Eq. 13).
     pub viscous_dissipation_rate: f64,
-    /// Porous dissipation rate [W] (Eq. 14).
+    /// Porous dissipation rate (W) (Eq. 14).
     pub porous_dissipation_rate: f64,
-    /// Change of the sample's volume [m^3].
+    /// Change of the sample's volume (m^3).
     pub volume_change: f64,
 }
 
@@ -65,7 +65,7 @@ pub fn update(
     Ok(integrals)
 }
 
-/// Fluid force and traction integral over the punch's face [N], positive into the sample.
+/// Fluid force and traction integral over the punch's face (N), positive into the sample.
 ///
 /// The traction is taken from the total Cauchy stress, extrapolated from the Gauss points to the face.
 ///

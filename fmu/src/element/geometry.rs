@@ -9,15 +9,15 @@ use std::f64::consts::TAU;
 pub struct PointGeometry {
     /// Displacement functions.
     pub n: [f64; NODES],
-    /// Their gradients with respect to (R, Z) [1/m].
+    /// Their gradients with respect to (R, Z) (1/m).
     pub gradient: [[f64; 2]; NODES],
     /// Pressure functions.
     pub p: [f64; CORNERS],
-    /// Their gradients [1/m].
+    /// Their gradients (1/m).
     pub pressure_gradient: [[f64; 2]; CORNERS],
-    /// R [m].
+    /// R (m).
     pub radius: f64,
-    /// `2 pi R dA` [m^3], or `2 pi R dL` [m^2] on a face.
+    /// `2 pi R dA` (m^3), or `2 pi R dL` (m^2) on a face.
     pub measure: f64,
 }
 

@@ -15,7 +15,7 @@ use crate::mesh::{CORNERS, NODES, UNKNOWNS};
 /// Element residual and tangent; unknowns as in [`crate::mesh::Mesh::element_unknowns`].
 #[derive(Debug, Clone)]
 pub struct ElementSystem {
-    /// Internal nodal forces [N], then fluid volumes of the step [m^3].
+    /// Internal nodal forces (N), then fluid volumes of the step (m^3).
     pub residual: [f64; UNKNOWNS],
     /// Derivative of the residual.
     pub tangent: [[f64; UNKNOWNS]; UNKNOWNS],
@@ -34,15 +34,15 @@ pub struct Point {
     pub f: DeformationGradient,
     /// J.
     pub jacobian: f64,
-    /// Spatial gradients of the displacement functions [1/m].
+    /// Spatial gradients of the displacement functions (1/m).
     pub gradient: [[f64; 2]; NODES],
-    /// `N_a / r`, the hoop strain of a unit radial displacement [1/m].
+    /// `N_a / r`, the hoop strain of a unit radial displacement (1/m).
     pub hoop: [f64; NODES],
-    /// Spatial gradients of the pressure functions [1/m].
+    /// Spatial gradients of the pressure functions (1/m).
     pub pressure_gradient: [[f64; 2]; CORNERS],
-    /// Pore pressure [Pa].
+    /// Pore pressure (Pa).
     pub pressure: f64,
-    /// Spatial pressure gradient [Pa/m].
+    /// Spatial pressure gradient (Pa/m).
     pub grad_p: [f64; 2],
 }
 
@@ -97,7 +97,7 @@ pub struct PointState<'a> {
     pub cv_inverse: &'a [Voigt],
 }
 
-/// Fills `system` for the unknowns `x` at the end of a step of `dt` [s]; `None` when inadmissible.
+/// Fills `system` for the unknowns `x` at the end of a step of `dt` (s); `None` when inadmissible.
 pub fn evaluate(
     geometry: &ElementGeometry,
     material: &PointMaterial,

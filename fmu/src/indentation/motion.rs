@@ -37,7 +37,7 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Punch displacement at `time` [m].
+    /// Punch displacement at `time` (m).
     fn position(&self, time: f64) -> f64 {
         self.start + self.velocity * (time - self.start_time)
     }
@@ -59,7 +59,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// Contact begins at `time` [s] with displacement zero.
+    /// Contact begins at `time` (s) with displacement zero.
     pub fn touch(stepper: &Stepper, time: f64) -> Self {
         let base = Arc::new(stepper.undeformed(time));
         Self {

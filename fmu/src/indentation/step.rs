@@ -16,9 +16,9 @@ use std::sync::Arc;
 /// The sample at one time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// Time [s].
+    /// Time (s).
     pub time: f64,
-    /// Unknowns: displacements [m] and pressures [Pa].
+    /// Unknowns: displacements (m) and pressures (Pa).
     pub x: Vec<f64>,
     /// Rate of the unknowns over the step that led here; zero after a change of velocity.
     pub rate: Vec<f64>,
@@ -35,7 +35,7 @@ pub struct Stepper {
     conditions: Conditions,
     scheme: TimeScheme,
     tolerance: f64,
-    /// Stress scale [Pa] and length scale [m] that make the system dimensionless.
+    /// Stress scale (Pa) and length scale (m) that make the system dimensionless.
     stress_scale: f64,
     length_scale: f64,
     column_scale: Vec<f64>,
@@ -89,7 +89,7 @@ impl Stepper {
         }
     }
 
-    /// A force that matters [N]: the stress scale over the punch's area.
+    /// A force that matters (N): the stress scale over the punch's area.
     pub fn force_scale(&self) -> f64 {
         self.stress_scale * self.length_scale * self.length_scale
     }
@@ -107,7 +107,7 @@ impl Stepper {
             && state.history.cv_inverse.len() == self.stage_history.cv_inverse.len()
     }
 
-    /// The state `dt` later, the punch moving from `start` [m] at `velocity` [m/s].
+    /// The state `dt` later, the punch moving from `start` (m) at `velocity` (m/s).
     ///
     /// # Errors
     /// Why a stage has no solution.

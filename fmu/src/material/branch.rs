@@ -32,7 +32,7 @@ impl Branch {
         Self { spring: Ogden::new(&p.ogden), eta: p.eta }
     }
 
-    /// `dt / (2 eta)` [1/Pa].
+    /// `dt / (2 eta)` (1/Pa).
     #[inline]
     pub fn fluidity(&self, dt: f64) -> f64 {
         0.5 * dt / self.eta
@@ -78,7 +78,7 @@ impl Branch {
         Some(Relaxed { strain: e, powers: q })
     }
 
-    /// Algorithmic tangent `d beta / d eps_trial` [Pa], symmetric.
+    /// Algorithmic tangent `d beta / d eps_trial` (Pa), symmetric.
     #[inline]
     pub fn tangent(&self, q: &[f64; 3], dt: f64) -> [[f64; 3]; 3] {
         let tangent = self.spring.tangent(q);
@@ -97,7 +97,7 @@ impl Branch {
         t
     }
 
-    /// Dissipation rate `sum beta^2 / (2 eta)` [W/m^3] (Eq. 13).
+    /// Dissipation rate `sum beta^2 / (2 eta)` (W/m^3) (Eq. 13).
     #[inline]
     pub fn dissipation(&self, beta: &[f64; 3]) -> f64 {
         beta.iter().map(|b| b * b).sum::<f64>() / (2.0 * self.eta)

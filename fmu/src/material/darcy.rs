@@ -8,12 +8,12 @@ pub struct Darcy {
 }
 
 impl Darcy {
-    /// The law for K0 [m^2], mu_FR [Pa s] and the initial solid fraction.
+    /// The law for K0 (m^2), mu_FR (Pa s) and the initial solid fraction.
     pub fn new(permeability: f64, fluid_viscosity: f64, n0s: f64) -> Self {
         Self { mobility: permeability / fluid_viscosity, n0s }
     }
 
-    /// `J k(J)` [m^4/(N s)], k the current mobility, and its derivative with respect to J.
+    /// `J k(J)` (m^4/(N s)), k the current mobility, and its derivative with respect to J.
     ///
     /// `J` is there because the flux is integrated over the reference volume.
     #[inline]

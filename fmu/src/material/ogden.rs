@@ -21,26 +21,26 @@ impl Ogden {
         e.map(|e_a| (self.alpha * e_a).exp())
     }
 
-    /// Principal Kirchhoff stresses `beta` [Pa] from the powers.
+    /// Principal Kirchhoff stresses `beta` (Pa) from the powers.
     #[inline]
     pub fn stress(&self, q: &[f64; 3]) -> [f64; 3] {
         let mean = (q[0] + q[1] + q[2]) / 3.0;
         q.map(|q_a| self.mu * (q_a - mean))
     }
 
-    /// Diagonal `a = mu alpha q` [Pa]; the tangent is `d beta / d eps = P diag(a) P`, P the deviator.
+    /// Diagonal `a = mu alpha q` (Pa); the tangent is `d beta / d eps = P diag(a) P`, P the deviator.
     #[inline]
     pub fn stiffness(&self, q: &[f64; 3]) -> [f64; 3] {
         q.map(|q_a| self.mu * self.alpha * q_a)
     }
 
-    /// Stored energy `mu / alpha (sum q - 3)` [J/m^3].
+    /// Stored energy `mu / alpha (sum q - 3)` (J/m^3).
     #[inline]
     pub fn energy(&self, q: &[f64; 3]) -> f64 {
         self.mu / self.alpha * (q[0] + q[1] + q[2] - 3.0)
     }
 
-    /// Tangent `P diag(a) P` [Pa].
+    /// Tangent `P diag(a) P` (Pa).
     #[inline]
     pub fn tangent(&self, q: &[f64; 3]) -> [[f64; 3]; 3] {
         let a = self.stiffness(q);

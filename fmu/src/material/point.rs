@@ -55,18 +55,18 @@ impl DeformationGradient {
 /// Isochoric Kirchhoff stress, i.e. without `tau_vol` and `-p J 1`, and its spatial tangent.
 #[derive(Debug, Clone, Copy)]
 pub struct Elasticity {
-    /// Isochoric Kirchhoff stress [Pa].
+    /// Isochoric Kirchhoff stress (Pa).
     pub kirchhoff_stress: Voigt,
-    /// Spatial tangent (Oldroyd rate) [Pa].
+    /// Spatial tangent (Oldroyd rate) (Pa).
     pub tangent: Voigt2,
 }
 
 /// What the update of the history reports, per reference volume.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Energetics {
-    /// Stored isochoric energy [J/m^3].
+    /// Stored isochoric energy (J/m^3).
     pub stored_energy: f64,
-    /// Viscous dissipation rate [W/m^3].
+    /// Viscous dissipation rate (W/m^3).
     pub viscous_dissipation_rate: f64,
 }
 
@@ -105,7 +105,7 @@ impl PointMaterial {
         f.hoop > 0.0 && f.plane_determinant() > 0.0 && f.determinant() > self.n0s
     }
 
-    /// Isochoric stress and consistent tangent at the end of a step of `dt` [s] (Eqs. 8, 9, 12).
+    /// Isochoric stress and consistent tangent at the end of a step of `dt` (s) (Eqs. 8, 9, 12).
     ///
     /// `history` holds `Cv^-1` of every branch at the start of the step. `None` when the
     /// deformation is inadmissible.
@@ -131,7 +131,7 @@ impl PointMaterial {
         Some(Elasticity { kirchhoff_stress: tau, tangent: c })
     }
 
-    /// Volumetric Kirchhoff stress and `J d tau / dJ` [Pa] (Eq. 10); `None` at compaction.
+    /// Volumetric Kirchhoff stress and `J d tau / dJ` (Pa) (Eq. 10); `None` at compaction.
     #[inline]
     pub fn volumetric_stress(&self, j: f64) -> Option<(f64, f64)> {
         (j > self.n0s).then(|| self.volumetric.stress(j))

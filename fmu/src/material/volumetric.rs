@@ -8,12 +8,12 @@ pub struct Volumetric {
 }
 
 impl Volumetric {
-    /// The law for lambda* [Pa] and the initial solid fraction.
+    /// The law for lambda* (Pa) and the initial solid fraction.
     pub fn new(lambda_star: f64, n0s: f64) -> Self {
         Self { lambda_star, n0s }
     }
 
-    /// Kirchhoff stress [Pa] on the diagonal and `J d tau / dJ` [Pa].
+    /// Kirchhoff stress (Pa) on the diagonal and `J d tau / dJ` (Pa).
     #[inline]
     pub fn stress(&self, j: f64) -> (f64, f64) {
         let (s, n) = (1.0 - self.n0s, self.n0s);
@@ -22,7 +22,7 @@ impl Volumetric {
         (c * (j / s - j / pore), c * j * (1.0 / s + n / (pore * pore)))
     }
 
-    /// Stored energy [J/m^3].
+    /// Stored energy (J/m^3).
     #[inline]
     pub fn energy(&self, j: f64) -> f64 {
         let (s, n) = (1.0 - self.n0s, self.n0s);

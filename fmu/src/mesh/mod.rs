@@ -30,7 +30,7 @@ pub const CORNER_NODES: [usize; CORNERS] = [0, 2, 6, 8];
 pub struct Element {
     /// Global nodes.
     pub nodes: [u32; NODES],
-    /// Corners (R, Z) [m], lower left, lower right, upper left, upper right.
+    /// Corners (R, Z) (m), lower left, lower right, upper left, upper right.
     pub corners: [[f64; 2]; CORNERS],
 }
 
@@ -50,7 +50,7 @@ pub struct Face {
 pub struct Mesh {
     /// Elements.
     pub elements: Vec<Element>,
-    /// Node coordinates (R, Z) [m].
+    /// Node coordinates (R, Z) (m).
     pub nodes: Vec<[f64; 2]>,
     /// Unknown `u_r` of every node (`u_z` follows).
     displacement: Vec<u32>,

@@ -5,7 +5,7 @@ use crate::parameters::{MeshParameters, MeshPreset};
 /// How fine the mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
-    /// Size of the innermost ring [m].
+    /// Size of the innermost ring (m).
     pub edge_size: f64,
     /// Ratio of neighbouring rings.
     pub growth: f64,

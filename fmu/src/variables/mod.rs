@@ -83,9 +83,9 @@ pub enum Kind {
 /// How identification treats a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Identification {
-    /// Lower bound (the paper's Table 1) [SI].
+    /// Lower bound (the paper's Table 1) (SI).
     pub lower: f64,
-    /// Upper bound (the paper's Table 1) [SI].
+    /// Upper bound (the paper's Table 1) (SI).
     pub upper: f64,
     /// Fitted unless the user says otherwise.
     pub free: bool,

@@ -31,9 +31,9 @@ pub struct Settings {
     pub source: ProtocolSource,
     /// The built-in protocol.
     pub trapezoid: Trapezoid,
-    /// Input: displacement of the punch [m].
+    /// Input: displacement of the punch (m).
     pub displacement: f64,
-    /// Input: velocity of the punch [m/s].
+    /// Input: velocity of the punch (m/s).
     pub displacement_rate: f64,
 }
 

@@ -89,7 +89,7 @@ fn saturate(count: u64) -> i32 {
 }
 
 impl Variable {
-    /// Bounds of Table 1 [SI].
+    /// Bounds of Table 1 (SI).
     const fn fitted(mut self, lower: f64, upper: f64) -> Self {
         self.identification = Some(Identification { lower, upper, free: true });
         self
