@@ -3,7 +3,7 @@
 //! The FMU's value references, `modelDescription.xml`, the command line, files and reports all
 //! come from [`table`]. To add a variable, add one entry in `table.rs`.
 
-mod sensitivities;
+pub mod sensitivities;
 mod settings;
 mod table;
 pub mod units;

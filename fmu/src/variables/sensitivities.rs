@@ -6,6 +6,14 @@ use super::units::{NEWTON, NEWTON_PER_PASCAL, NEWTON_PER_PASCAL_SECOND, NEWTON_P
 use super::{Binding, Kind, Variable};
 use crate::ForceSensitivity;
 
+/// Boolean parameter that switches the sensitivities on.
+pub const SWITCH: &str = "solver.sensitivities";
+
+/// Name of the derivative of an output by a parameter.
+pub fn name(output: &str, parameter: &str) -> String {
+    format!("sensitivity.{output}.{parameter}")
+}
+
 /// `sensitivity.<output>.<parameter>` for all parameters, in the order of their indices.
 macro_rules! sensitivities {
     ($output:literal, $get:expr) => {
@@ -92,11 +100,12 @@ mod tests {
     /// The order of the names is that of the indices, which is that of the parameters in the table.
     #[test]
     fn every_parameter_of_the_material_has_its_sensitivities() {
+        assert!(by_name(SWITCH).is_some());
         let parameters: Vec<_> = table().iter().filter(|v| v.name.starts_with("material.")).collect();
         assert_eq!(parameters.len(), MaterialParameter::count(BRANCHES));
         for (index, parameter) in parameters.iter().enumerate() {
             for output in ["force", "force_solid", "force_fluid"] {
-                let name = format!("sensitivity.{output}.{}", parameter.name);
+                let name = name(output, parameter.name);
                 let (_, variable) = by_name(&name).unwrap_or_else(|| panic!("{name} is missing"));
                 let Binding::Sensitivity(_, at) = variable.binding else { panic!("{name}") };
                 assert_eq!(at, index, "{name}");
