@@ -5,3 +5,4 @@ pub mod motion;
 pub mod sample;
 pub mod sensitivity;
 pub mod step;
+pub mod trend;
