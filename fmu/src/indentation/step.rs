@@ -6,8 +6,10 @@ use super::sensitivity::Sensitivity;
 use super::trend::Trend;
 use crate::element::field::Integrals;
 use crate::element::sensitivity::HistorySensitivity;
+use crate::element::shape::POINTS;
 use crate::element::{Body, History, Inadmissible, Stage};
 use crate::material::PointMaterial;
+use crate::material::sensitivity::Flow;
 use crate::outputs::{Outputs, Statistics};
 use crate::parameters::{Parameters, TimeScheme};
 use crate::solver::linear::LinearSolver;
@@ -49,6 +51,7 @@ pub struct Stepper {
     pub(super) stage_history: History,
     /// Change of `stage_history` with the parameters; empty when no sensitivities are asked for.
     pub(super) stage_sensitivity: HistorySensitivity,
+    pub(super) flows: Vec<Flow>,
     sensitivities: bool,
     raw_residual: Vec<f64>,
     /// Sum of the tangent's rows under the punch (N per unit of the unknowns).
@@ -69,7 +72,8 @@ impl Stepper {
             .into_iter()
             .map(|pressure| if pressure { stress_scale } else { length_scale })
             .collect();
-        let unknowns = sample.mesh.unknowns();
+        let (unknowns, points) = (sample.mesh.unknowns(), sample.mesh.elements.len() * POINTS);
+        let sensitivities = parameters.solver.sensitivities;
         Self {
             material: PointMaterial::new(m),
             conditions: Conditions::new(&sample.mesh, &parameters.boundary),
@@ -82,7 +86,8 @@ impl Stepper {
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
             stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len()),
             stage_sensitivity: HistorySensitivity::default(),
-            sensitivities: parameters.solver.sensitivities,
+            flows: if sensitivities { vec![Flow::default(); points * m.branches.len()] } else { Vec::new() },
+            sensitivities,
             raw_residual: vec![0.0; unknowns],
             reaction_row: vec![0.0; unknowns],
             residual_norms: Vec::new(),

@@ -24,7 +24,7 @@ pub struct Branch {
 }
 
 /// Result of one update.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Relaxed {
     /// Deviatoric elastic logarithmic strains.
     pub strain: [f64; 3],
@@ -33,7 +33,7 @@ pub struct Relaxed {
 }
 
 /// How the result of an update changes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct BranchSensitivity {
     /// `d eps / d eps_trial` on deviatoric strains [-].
     pub strain_slope: [[f64; 3]; 3],

@@ -6,7 +6,7 @@ use super::{Voigt, Voigt2};
 const DEGENERATE: f64 = 1e-7;
 
 /// Principal frame of a left Cauchy–Green tensor.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Spectral {
     /// Squared principal stretches.
     pub squares: [f64; 3],
