@@ -101,12 +101,12 @@ impl Default for GeometryParameters {
 /// Named meshes, from quick to accurate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum MeshPreset {
-    /// For trying things out.
+    /// Quick.
     Coarse,
-    /// Within 0.5 % of the zero-mesh-size limit.
+    /// The default; accurate to the force of real measurements.
     #[default]
     Standard,
-    /// Within 0.2 % of the zero-mesh-size limit.
+    /// Accurate.
     Fine,
 }
 
@@ -166,11 +166,23 @@ pub enum TimeScheme {
     BackwardEuler,
 }
 
+/// Direct solver of the linear systems.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum LinearSolverKind {
+    /// Multifrontal LU along the mesh's nested dissection; faer's LU where its pivots do not suffice.
+    #[default]
+    Multifrontal,
+    /// faer's sparse LU with partial pivoting.
+    Faer,
+}
+
 /// Time stepping and Newton iteration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SolverParameters {
     /// Integration scheme.
     pub time_scheme: TimeScheme,
+    /// Direct solver of the linear systems.
+    pub linear_solver: LinearSolverKind,
     /// Relative error allowed per step in the force [-].
     pub tolerance: f64,
     /// Travel of the punch within the first step after a change of its velocity (m).
@@ -187,6 +199,7 @@ impl Default for SolverParameters {
     fn default() -> Self {
         Self {
             time_scheme: TimeScheme::Sdirk2,
+            linear_solver: LinearSolverKind::Multifrontal,
             tolerance: 3e-4,
             initial_increment: 2e-6,
             max_step: 1e6,
