@@ -185,7 +185,11 @@ impl Slave {
     /// Before initialisation the sample is undeformed: nothing but the punch's position is not zero.
     fn readings(&self) -> Readings {
         match &self.run {
-            Some(run) => Readings { outputs: run.instance.outputs(), statistics: run.instance.statistics() },
+            Some(Run { instance, .. }) => Readings {
+                outputs: instance.outputs(),
+                statistics: instance.statistics(),
+                sensitivities: self.settings.spread(&instance.sensitivities()),
+            },
             None => Readings {
                 outputs: Outputs { displacement: self.start_displacement(), ..Outputs::default() },
                 ..Readings::default()

@@ -3,6 +3,7 @@
 use crate::indentation::motion::Path;
 use crate::indentation::sample::Sample;
 use crate::indentation::step::Stepper;
+use crate::outputs::ForceSensitivity;
 use crate::{Outputs, ParameterError, Parameters, Statistics, StepError};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -159,6 +160,14 @@ impl Instance {
     /// Results at the present time.
     pub fn outputs(&self) -> Outputs {
         self.state.outputs
+    }
+
+    /// Derivatives of the force at the present time by the material's parameters, in the order of
+    /// [`crate::material::MaterialParameter::index`]; empty before contact and unless
+    /// [`crate::parameters::SolverParameters::sensitivities`] asks for them.
+    pub fn sensitivities(&self) -> Vec<ForceSensitivity> {
+        let state = &self.state;
+        state.path.as_ref().map(|path| path.sensitivities(state.time)).unwrap_or_default()
     }
 
     /// Solver statistics since the start.

@@ -30,6 +30,6 @@ pub mod variables;
 
 pub use error::{ParameterError, StepError};
 pub use instance::{Instance, Model, Snapshot};
-pub use outputs::{Outputs, Statistics};
+pub use outputs::{ForceSensitivity, Outputs, Statistics};
 pub use parameters::Parameters;
 pub use protocol::{Protocol, Trapezoid};

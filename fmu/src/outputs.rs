@@ -44,6 +44,22 @@ pub struct Statistics {
     pub cuts: u64,
 }
 
+/// Derivatives of the force by one parameter (N per SI unit of the parameter).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct ForceSensitivity {
+    /// Of the reaction force.
+    pub force: f64,
+    /// Of its fluid part.
+    pub fluid: f64,
+}
+
+impl ForceSensitivity {
+    /// Of the solid part.
+    pub fn solid(&self) -> f64 {
+        self.force - self.fluid
+    }
+}
+
 impl Outputs {
     /// Weighted sum of results at other times; the parts of the force add up exactly.
     pub(crate) fn combine(terms: &[(f64, &Outputs)]) -> Self {

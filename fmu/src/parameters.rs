@@ -179,6 +179,8 @@ pub struct SolverParameters {
     pub max_step: f64,
     /// Newton iteration ends when the scaled residual is below this [-].
     pub newton_tolerance: f64,
+    /// Whether the derivatives of the force by the material's parameters are computed along.
+    pub sensitivities: bool,
 }
 
 impl Default for SolverParameters {
@@ -189,6 +191,7 @@ impl Default for SolverParameters {
             initial_increment: 2e-6,
             max_step: 1e6,
             newton_tolerance: 1e-9,
+            sensitivities: false,
         }
     }
 }

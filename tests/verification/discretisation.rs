@@ -1,6 +1,6 @@
 //! The discretisation itself: patch test, Newton's convergence.
 
-use poropunch::element::assembly::{History, assemble};
+use poropunch::element::{History, Stage};
 use poropunch::indentation::sample::Sample;
 use poropunch::indentation::step::Stepper;
 use poropunch::material::PointMaterial;
@@ -32,7 +32,8 @@ fn patch_test() {
     old.jacobian.fill(f.determinant());
     let mut residual = vec![0.0; x.len()];
     let mut values = vec![0.0; sample.map.pattern.rows.len()];
-    assemble(&sample.geometry, &sample.map, &material, &x, &old, 0.02, &mut residual, &mut values).unwrap();
+    let stage = Stage { x: &x, old: &old, dt: 0.02 };
+    sample.body(&material).assemble(&stage, &mut residual, &mut values).unwrap();
 
     let [r_max, z_max] = mesh.nodes.iter().fold([0.0_f64; 2], |m, x| [m[0].max(x[0]), m[1].max(x[1])]);
     let largest = residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));

@@ -6,4 +6,5 @@ mod discretisation;
 mod independent_curves;
 mod punch_on_block;
 mod relaxation;
+mod sensitivities;
 mod stepping;

@@ -89,29 +89,50 @@ pub struct Inadmissible {
     pub element: usize,
 }
 
-/// Residual and tangent of the whole mesh at `x`, in SI units and without boundary conditions.
-///
-/// # Errors
-/// The first element that is turned inside out, compacted or too strained.
-#[allow(clippy::too_many_arguments)]
-pub fn assemble(
-    geometry: &Geometry,
-    map: &AssemblyMap,
-    material: &PointMaterial,
-    x: &[f64],
-    old: &History,
-    dt: f64,
-    residual: &mut [f64],
-    values: &mut [f64],
-) -> Result<(), Inadmissible> {
-    residual.fill(0.0);
-    values.fill(0.0);
-    let mut system = ElementSystem::default();
-    for (index, points) in geometry.elements.iter().enumerate() {
-        let x_e = map.gather(index, x);
-        kernel::evaluate(points, material, &x_e, old.element(index, material.branches()), dt, &mut system)
-            .ok_or(Inadmissible { element: index })?;
-        map.scatter(index, &system, residual, values);
+/// A material on a mesh.
+#[derive(Debug, Clone, Copy)]
+pub struct Body<'a> {
+    /// Integration points.
+    pub geometry: &'a Geometry,
+    /// Unknowns and pattern.
+    pub map: &'a AssemblyMap,
+    /// Constitutive laws.
+    pub material: &'a PointMaterial,
+}
+
+/// One implicit stage: the unknowns at its end and what it started from.
+#[derive(Debug, Clone, Copy)]
+pub struct Stage<'a> {
+    /// Displacements (m) and pressures (Pa).
+    pub x: &'a [f64],
+    /// History at its start.
+    pub old: &'a History,
+    /// Its length (s).
+    pub dt: f64,
+}
+
+impl Body<'_> {
+    /// Residual and tangent of the whole mesh, in SI units and without boundary conditions.
+    ///
+    /// # Errors
+    /// The first element that is turned inside out, compacted or too strained.
+    pub fn assemble(
+        &self,
+        stage: &Stage<'_>,
+        residual: &mut [f64],
+        values: &mut [f64],
+    ) -> Result<(), Inadmissible> {
+        let Self { geometry, map, material } = self;
+        residual.fill(0.0);
+        values.fill(0.0);
+        let mut system = ElementSystem::default();
+        for (index, points) in geometry.elements.iter().enumerate() {
+            let x_e = map.gather(index, stage.x);
+            let old = stage.old.element(index, material.branches());
+            kernel::evaluate(points, material, &x_e, old, stage.dt, &mut system)
+                .ok_or(Inadmissible { element: index })?;
+            map.scatter(index, &system, residual, values);
+        }
+        Ok(())
     }
-    Ok(())
 }

@@ -4,6 +4,8 @@ pub mod assembly;
 pub mod field;
 pub mod geometry;
 pub mod kernel;
+pub mod sensitivity;
 pub mod shape;
 
+pub use assembly::{AssemblyMap, Body, History, Inadmissible, Stage};
 pub use kernel::{ElementSystem, Point, PointState};

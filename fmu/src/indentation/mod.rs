@@ -3,4 +3,5 @@
 pub mod boundary;
 pub mod motion;
 pub mod sample;
+pub mod sensitivity;
 pub mod step;

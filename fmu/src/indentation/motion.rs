@@ -7,7 +7,7 @@
 
 use super::step::{State, Stepper};
 use crate::error::StepError;
-use crate::outputs::{Outputs, Statistics};
+use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::SolverParameters;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -43,6 +43,21 @@ impl Piece {
     }
 }
 
+/// Results at the end of a step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Node {
+    time: f64,
+    outputs: Outputs,
+    sensitivities: Vec<ForceSensitivity>,
+}
+
+impl Node {
+    fn of(state: &State) -> Self {
+        let sensitivities = state.sensitivity.as_ref().map(|s| s.forces.clone()).unwrap_or_default();
+        Self { time: state.time, outputs: state.outputs, sensitivities }
+    }
+}
+
 /// The integrated path: the last two states and the nodes to interpolate between.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Path {
@@ -52,7 +67,7 @@ pub struct Path {
     /// Its end, when the present lies inside it.
     ahead: Option<Arc<State>>,
     /// Results at the last few step ends of this piece, oldest first.
-    nodes: Vec<(f64, Outputs)>,
+    nodes: Vec<Node>,
     next_step: f64,
     first_step: f64,
     largest_force: f64,
@@ -64,7 +79,7 @@ impl Path {
         let base = Arc::new(stepper.undeformed(time));
         Self {
             piece: Piece { start_time: time, start: 0.0, velocity: 0.0 },
-            nodes: vec![(time, base.outputs)],
+            nodes: vec![Node::of(&base)],
             base,
             ahead: None,
             next_step: f64::INFINITY,
@@ -100,7 +115,7 @@ impl Path {
             // Half the first communication step at most: between the first two nodes there is only a line.
             self.first_step = (solver.initial_increment / change).min(0.5 * (end - now));
             self.next_step = self.next_step.min(self.first_step);
-            self.nodes = vec![(now, self.base.outputs)];
+            self.nodes = vec![Node { time: now, ..Node::of(&self.base) }];
         }
         let longest = (MAX_TRAVEL * punch_radius / velocity.abs()).min(solver.max_step);
         while self.ahead.as_ref().unwrap_or(&self.base).time < end * (1.0 - 1e-14) {
@@ -163,7 +178,7 @@ impl Path {
             if self.nodes.len() == NODES {
                 self.nodes.remove(0);
             }
-            self.nodes.push((state.time, state.outputs));
+            self.nodes.push(Node::of(&state));
             self.ahead = Some(Arc::new(state));
             return Ok(());
         }
@@ -203,26 +218,42 @@ impl Path {
             return None;
         }
         let extrapolated: f64 =
-            self.weights(known, state.time).iter().zip(known).map(|(w, (_, o))| w * o.force).sum();
+            self.weights(known, state.time).iter().zip(known).map(|(w, n)| w * n.outputs.force).sum();
         Some((state.outputs.force - extrapolated).abs())
     }
 
     fn interpolate(&self, time: f64) -> Outputs {
         let weights = self.weights(&self.nodes, time);
-        let terms: Vec<_> = weights.iter().zip(&self.nodes).map(|(&w, (_, o))| (w, o)).collect();
+        let terms: Vec<_> = weights.iter().zip(&self.nodes).map(|(&w, n)| (w, &n.outputs)).collect();
         Outputs::combine(&terms)
+    }
+
+    /// Derivatives of the force at a time the path has reached; empty when they are not computed.
+    pub fn sensitivities(&self, time: f64) -> Vec<ForceSensitivity> {
+        let parameters = self.nodes.last().map_or(0, |n| n.sensitivities.len());
+        if parameters == 0 {
+            return Vec::new();
+        }
+        let mut sum = vec![ForceSensitivity::default(); parameters];
+        for (weight, node) in self.weights(&self.nodes, time).into_iter().zip(&self.nodes) {
+            for (sum, at) in sum.iter_mut().zip(&node.sensitivities) {
+                sum.force += weight * at.force;
+                sum.fluid += weight * at.fluid;
+            }
+        }
+        sum
     }
 
     /// Lagrange weights in the square root of the time since the change of velocity, in which both
     /// linear growth and seepage (square root of time) are polynomials; two nodes give a line in time.
-    fn weights(&self, nodes: &[(f64, Outputs)], time: f64) -> Vec<f64> {
+    fn weights(&self, nodes: &[Node], time: f64) -> Vec<f64> {
         let root = nodes.len() > 2;
         let s = |t: f64| {
             let since = t - self.piece.start_time;
             if root { (since + self.first_step).max(0.0).sqrt() } else { since }
         };
         let x = s(time);
-        let known: Vec<f64> = nodes.iter().map(|(t, _)| s(*t)).collect();
+        let known: Vec<f64> = nodes.iter().map(|n| s(n.time)).collect();
         known
             .iter()
             .enumerate()

@@ -1,7 +1,8 @@
 //! The discretised sample: mesh, assembly map and matrix structure, shared by all instances.
 
-use crate::element::assembly::AssemblyMap;
 use crate::element::geometry::Geometry;
+use crate::element::{AssemblyMap, Body};
+use crate::material::PointMaterial;
 use crate::mesh::Mesh;
 use crate::parameters::{GeometryParameters, MeshParameters};
 use crate::solver::linear::Structure;
@@ -31,6 +32,11 @@ impl Sample {
         let geometry = Geometry::new(&mesh);
         let structure = Arc::new(Structure::analyse(map.pattern.clone(), &connectivity(&mesh))?);
         Ok(Self { mesh, geometry, map, structure })
+    }
+
+    /// The sample made of a material.
+    pub fn body<'a>(&'a self, material: &'a PointMaterial) -> Body<'a> {
+        Body { geometry: &self.geometry, map: &self.map, material }
     }
 
     /// The sample of a geometry; equal geometries and meshes that are alive share one.

@@ -2,8 +2,10 @@
 
 use super::boundary::{Condition, Conditions};
 use super::sample::Sample;
-use crate::element::assembly::{History, assemble};
-use crate::element::field;
+use super::sensitivity::Sensitivity;
+use crate::element::field::Integrals;
+use crate::element::sensitivity::HistorySensitivity;
+use crate::element::{Body, History, Inadmissible, Stage};
 use crate::material::PointMaterial;
 use crate::outputs::{Outputs, Statistics};
 use crate::parameters::{Parameters, TimeScheme};
@@ -26,23 +28,30 @@ pub struct State {
     pub history: History,
     /// Results.
     pub outputs: Outputs,
+    /// Changes with the material's parameters, where they are asked for.
+    pub sensitivity: Option<Sensitivity>,
 }
 
 /// Advances states; holds the memory and factors of one instance.
 pub struct Stepper {
-    sample: Arc<Sample>,
-    material: PointMaterial,
-    conditions: Conditions,
+    pub(super) sample: Arc<Sample>,
+    pub(super) material: PointMaterial,
+    pub(super) conditions: Conditions,
     scheme: TimeScheme,
     tolerance: f64,
     /// Stress scale (Pa) and length scale (m) that make the system dimensionless.
     stress_scale: f64,
     length_scale: f64,
-    column_scale: Vec<f64>,
-    linear: LinearSolver,
-    work: Workspace,
-    stage_history: History,
+    pub(super) column_scale: Vec<f64>,
+    pub(super) linear: LinearSolver,
+    pub(super) work: Workspace,
+    pub(super) stage_history: History,
+    /// Change of `stage_history` with the parameters; empty when no sensitivities are asked for.
+    pub(super) stage_sensitivity: HistorySensitivity,
+    sensitivities: bool,
     raw_residual: Vec<f64>,
+    /// Sum of the tangent's rows under the punch (N per unit of the unknowns).
+    pub(super) reaction_row: Vec<f64>,
     residual_norms: Vec<f64>,
 }
 
@@ -71,7 +80,10 @@ impl Stepper {
             linear: LinearSolver::new(sample.structure.clone()),
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
             stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len()),
+            stage_sensitivity: HistorySensitivity::default(),
+            sensitivities: parameters.solver.sensitivities,
             raw_residual: vec![0.0; unknowns],
+            reaction_row: vec![0.0; unknowns],
             residual_norms: Vec::new(),
             sample,
         }
@@ -79,14 +91,21 @@ impl Stepper {
 
     /// The undeformed sample.
     pub fn undeformed(&self, time: f64) -> State {
-        let unknowns = self.sample.mesh.unknowns();
+        let (unknowns, elements) = (self.sample.mesh.unknowns(), self.sample.mesh.elements.len());
+        let branches = self.material.branches();
         State {
             time,
             x: vec![0.0; unknowns],
             rate: vec![0.0; unknowns],
-            history: History::undeformed(self.sample.mesh.elements.len(), self.material.branches()),
+            history: History::undeformed(elements, branches),
             outputs: Outputs::default(),
+            sensitivity: self.sensitivities.then(|| Sensitivity::undeformed(unknowns, elements, branches)),
         }
+    }
+
+    /// Unit of energy (J) that makes the residual dimensionless.
+    pub(super) fn energy_scale(&self) -> f64 {
+        self.stress_scale * self.length_scale.powi(3)
     }
 
     /// A force that matters (N): the stress scale over the punch's area.
@@ -105,6 +124,7 @@ impl Stepper {
             && state.rate.len() == state.x.len()
             && state.history.jacobian.len() == self.stage_history.jacobian.len()
             && state.history.cv_inverse.len() == self.stage_history.cv_inverse.len()
+            && state.sensitivity.is_some() == self.sensitivities
     }
 
     /// The state `dt` later, the punch moving from `start` (m) at `velocity` (m/s).
@@ -122,6 +142,9 @@ impl Stepper {
         let mut new = old.clone();
         new.time = old.time + dt;
         self.stage_history.clone_from(&old.history);
+        if let Some(sensitivity) = &old.sensitivity {
+            self.stage_sensitivity.clone_from(&sensitivity.history);
+        }
         let stages = stages(self.scheme);
         for (index, stage) in stages.iter().enumerate() {
             // The first stage continues the last step, later ones the stages before them.
@@ -137,7 +160,8 @@ impl Stepper {
             let from = new.x.clone();
             new.x.iter_mut().zip(&rate).for_each(|(x, r)| *x += r * ahead);
             let mut solved = self.solve(&mut new.x, length, indentation, statistics);
-            if solved.is_err() {
+            if solved.is_err() && new.x != from {
+                // The extrapolation may have been the reason.
                 new.x = from;
                 solved = self.solve(&mut new.x, length, indentation, statistics);
             }
@@ -146,6 +170,10 @@ impl Stepper {
             let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
             if last {
                 self.faces(&mut new, length)?;
+            }
+            if let Some(sensitivity) = &mut new.sensitivity {
+                self.differentiate(&new.x, length, stage.reach, sensitivity, statistics)?;
+                std::mem::swap(&mut self.stage_sensitivity, &mut sensitivity.history);
             }
             let integrals = self.update(&mut new, length, stage.reach)?;
             std::mem::swap(&mut self.stage_history, &mut new.history);
@@ -164,6 +192,9 @@ impl Stepper {
             }
         }
         std::mem::swap(&mut self.stage_history, &mut new.history);
+        if let Some(sensitivity) = &mut new.sensitivity {
+            std::mem::swap(&mut self.stage_sensitivity, &mut sensitivity.history);
+        }
         for ((r, a), b) in new.rate.iter_mut().zip(&new.x).zip(&old.x) {
             *r = (a - b) / dt;
         }
@@ -178,16 +209,17 @@ impl Stepper {
         indentation: f64,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
+        let energy_scale = self.energy_scale();
         let mut system = StageSystem {
-            sample: &self.sample,
-            material: &self.material,
+            body: self.sample.body(&self.material),
             conditions: &self.conditions,
             column_scale: &self.column_scale,
-            energy_scale: self.stress_scale * self.length_scale.powi(3),
+            energy_scale,
             history: &self.stage_history,
             dt,
             indentation,
             raw_residual: &mut self.raw_residual,
+            reaction_row: &mut self.reaction_row,
         };
         self.residual_norms =
             newton::solve(&mut system, &mut self.linear, &mut self.work, x, self.tolerance, statistics)?;
@@ -195,26 +227,28 @@ impl Stepper {
     }
 
     fn faces(&self, new: &mut State, dt: f64) -> Result<(), NewtonFailure> {
-        let Sample { geometry, map, .. } = &*self.sample;
-        let (fluid, traction) =
-            field::face_forces(geometry, map, &self.material, &new.x, &self.stage_history, dt)
-                .map_err(|failed| NewtonFailure::Inadmissible(failed.element))?;
+        let stage = Stage { x: &new.x, old: &self.stage_history, dt };
+        let (fluid, traction) = self.sample.body(&self.material).face_forces(&stage)?;
         new.outputs.force_fluid = fluid;
         new.outputs.force_traction = traction;
         Ok(())
     }
 
-    fn update(&self, new: &mut State, dt: f64, reach: f64) -> Result<field::Integrals, NewtonFailure> {
-        let Sample { geometry, map, .. } = &*self.sample;
-        field::update(geometry, map, &self.material, &new.x, &self.stage_history, dt, reach, &mut new.history)
-            .map_err(|failed| NewtonFailure::Inadmissible(failed.element))
+    fn update(&self, new: &mut State, dt: f64, reach: f64) -> Result<Integrals, NewtonFailure> {
+        let stage = Stage { x: &new.x, old: &self.stage_history, dt };
+        Ok(self.sample.body(&self.material).update(&stage, reach, &mut new.history)?)
+    }
+}
+
+impl From<Inadmissible> for NewtonFailure {
+    fn from(failed: Inadmissible) -> Self {
+        Self::Inadmissible(failed.element)
     }
 }
 
 /// One implicit stage as a dimensionless system of equations.
 struct StageSystem<'a> {
-    sample: &'a Sample,
-    material: &'a PointMaterial,
+    body: Body<'a>,
     conditions: &'a Conditions,
     column_scale: &'a [f64],
     energy_scale: f64,
@@ -222,24 +256,30 @@ struct StageSystem<'a> {
     dt: f64,
     indentation: f64,
     raw_residual: &'a mut [f64],
+    reaction_row: &'a mut [f64],
 }
 
 impl System for StageSystem<'_> {
     fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
-        let Sample { geometry, map, .. } = self.sample;
-        assemble(geometry, map, self.material, x, self.history, self.dt, residual, values)
-            .map_err(|failed| failed.element)?;
+        let stage = Stage { x, old: self.history, dt: self.dt };
+        self.body.assemble(&stage, residual, values).map_err(|failed| failed.element)?;
         self.raw_residual.copy_from_slice(residual);
         for column in 0..x.len() {
-            let (first, rows) = map.pattern.column(column);
+            let (first, rows) = self.body.map.pattern.column(column);
             let scale = self.column_scale[column] / self.energy_scale;
+            let mut reaction = 0.0;
             for (value, &row) in values[first..].iter_mut().zip(rows) {
-                *value = match self.conditions.unknowns[row as usize] {
+                let condition = self.conditions.unknowns[row as usize];
+                if condition == Condition::Punch {
+                    reaction += *value;
+                }
+                *value = match condition {
                     Condition::Free => *value * scale * self.column_scale[row as usize],
                     _ if row as usize == column => 1.0,
                     _ => 0.0,
                 };
             }
+            self.reaction_row[column] = reaction;
         }
         let mut square = 0.0;
         for (unknown, r) in residual.iter_mut().enumerate() {

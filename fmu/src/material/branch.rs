@@ -26,6 +26,17 @@ pub struct Relaxed {
     pub powers: [f64; 3],
 }
 
+/// How the result of an update changes.
+#[derive(Debug, Clone, Copy)]
+pub struct BranchSensitivity {
+    /// `d eps / d eps_trial` on deviatoric strains [-].
+    pub strain_slope: [[f64; 3]; 3],
+    /// `d eps` by mu (1/Pa), alpha [-] and eta (1/(Pa s)) at fixed trial strain.
+    pub strain: [[f64; 3]; 3],
+    /// `d beta` by mu [-], alpha (Pa) and eta (1/s) at fixed trial strain.
+    pub stress: [[f64; 3]; 3],
+}
+
 impl Branch {
     /// The branch of a parameter set.
     pub fn new(p: &BranchParameters) -> Self {
@@ -95,6 +106,24 @@ impl Branch {
             row.iter_mut().for_each(|v| *v -= mean);
         }
         t
+    }
+
+    /// Derivatives of an update by the trial strain and by the branch's parameters.
+    #[inline]
+    pub fn sensitivity(&self, relaxed: &Relaxed, dt: f64) -> BranchSensitivity {
+        let Relaxed { strain, powers } = relaxed;
+        let k = self.fluidity(dt);
+        let strain_slope = relaxation(&self.spring.stiffness(powers), k);
+        let stress_tangent = self.spring.tangent(powers);
+        let beta = self.spring.stress(powers);
+        let [by_mu, by_alpha] = self.spring.sensitivity(strain, powers);
+        let scaled = |v: &[f64; 3], factor: f64| apply(&strain_slope, &v.map(|x| factor * x));
+        let strain = [scaled(&by_mu, -k), scaled(&by_alpha, -k), scaled(&beta, k / self.eta)];
+        let mut stress = strain.map(|e| apply(&stress_tangent, &e));
+        for (total, explicit) in stress.iter_mut().zip([by_mu, by_alpha]) {
+            (0..3).for_each(|a| total[a] += explicit[a]);
+        }
+        BranchSensitivity { strain_slope, strain, stress }
     }
 
     /// Dissipation rate `sum beta^2 / (2 eta)` (W/m^3) (Eq. 13).

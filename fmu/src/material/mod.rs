@@ -6,10 +6,13 @@
 pub mod branch;
 pub mod darcy;
 pub mod ogden;
+pub mod parameter;
 pub mod point;
+pub mod sensitivity;
 pub mod spectral;
 pub mod volumetric;
 
+pub use parameter::{MaterialParameter, Spring};
 pub use point::{Elasticity, PointMaterial};
 
 /// Symmetric tensor of the axisymmetric problem, `[rr, zz, tt, rz]`.
@@ -18,5 +21,5 @@ pub type Voigt = [f64; 4];
 /// Linear map between two [`Voigt`] tensors.
 pub type Voigt2 = [[f64; 4]; 4];
 
-/// Inverse of the left Cauchy–Green-like history tensor of one branch, `Cv^-1`.
+/// The unit tensor.
 pub const IDENTITY: Voigt = [1.0, 1.0, 1.0, 0.0];

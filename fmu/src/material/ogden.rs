@@ -28,6 +28,14 @@ impl Ogden {
         q.map(|q_a| self.mu * (q_a - mean))
     }
 
+    /// Derivatives of `beta` at fixed strain by mu [-] and alpha (Pa).
+    #[inline]
+    pub fn sensitivity(&self, e: &[f64; 3], q: &[f64; 3]) -> [[f64; 3]; 2] {
+        let slope: [f64; 3] = std::array::from_fn(|a| e[a] * q[a]);
+        let (mean_q, mean_slope) = ((q[0] + q[1] + q[2]) / 3.0, (slope[0] + slope[1] + slope[2]) / 3.0);
+        [q.map(|q_a| q_a - mean_q), slope.map(|s| self.mu * (s - mean_slope))]
+    }
+
     /// Diagonal `a = mu alpha q` (Pa); the tangent is `d beta / d eps = P diag(a) P`, P the deviator.
     #[inline]
     pub fn stiffness(&self, q: &[f64; 3]) -> [f64; 3] {

@@ -94,6 +94,14 @@ impl PointMaterial {
         }
     }
 
+    pub(super) fn equilibrium_law(&self) -> &Ogden {
+        &self.equilibrium
+    }
+
+    pub(super) fn branch_laws(&self) -> &[Branch] {
+        &self.branches
+    }
+
     /// Number of viscous branches, i.e. of history tensors `Cv^-1` per point.
     pub fn branches(&self) -> usize {
         self.branches.len()

@@ -50,6 +50,38 @@ impl Spectral {
         std::array::from_fn(|i| (0..3).map(|a| v[a] * self.dyads[a][i]).sum())
     }
 
+    /// Change of the isotropic tensor with principal values `v` as the decomposed tensor changes by `change`.
+    ///
+    /// `slope[a][b]` is the derivative of `v_a` by the logarithmic strain b, `explicit` the change of `v` at
+    /// fixed strain.
+    #[inline]
+    pub fn differentiate(
+        &self,
+        v: &[f64; 3],
+        slope: &[[f64; 3]; 3],
+        explicit: &[f64; 3],
+        change: &Voigt,
+    ) -> Voigt {
+        let strain: [f64; 3] = std::array::from_fn(|a| {
+            let (d, s) = (&self.dyads[a], self.squares[a]);
+            (d[0] * change[0] + d[1] * change[1] + d[2] * change[2] + 2.0 * d[3] * change[3]) / (2.0 * s)
+        });
+        let values: [f64; 3] = std::array::from_fn(|a| {
+            explicit[a] + slope[a][0] * strain[0] + slope[a][1] * strain[1] + slope[a][2] * strain[2]
+        });
+        let (s1, s2) = (self.squares[0], self.squares[1]);
+        let ratio = if (s1 - s2).abs() > DEGENERATE * s1 {
+            (v[0] - v[1]) / (s1 - s2)
+        } else {
+            (slope[0][0] - slope[0][1] - slope[1][0] + slope[1][1]) / (4.0 * s1)
+        };
+        let n = &self.shear;
+        let turn = 2.0 * ratio * (n[0] * change[0] + n[1] * change[1] + 2.0 * n[3] * change[3]);
+        let mut result = self.compose(&values);
+        result.iter_mut().zip(n).for_each(|(r, n)| *r += turn * n);
+        result
+    }
+
     /// Adds the spatial tangent (Oldroyd rate of `tau`) of an isotropic law with principal Kirchhoff
     /// stresses `tau` and their derivative `dtau` with respect to the logarithmic strains.
     #[inline]
@@ -94,6 +126,27 @@ mod tests {
             let back = s.compose(&s.squares);
             for i in 0..4 {
                 approx::assert_relative_eq!(back[i], b[i], epsilon = 1e-14, max_relative = 1e-13);
+            }
+        }
+    }
+
+    /// `log b` against central differences along changes that stretch, shear and turn.
+    #[test]
+    fn differentiates_isotropic_functions() {
+        let log = |b: &Voigt| {
+            let s = Spectral::of(b).unwrap();
+            s.compose(&s.log_strains())
+        };
+        let (change, h) = ([0.3, -0.2, 0.5, 0.4], 1e-6);
+        for b in [[1.3, 0.7, 0.9, 0.2], [1.0, 1.0, 1.0, 0.0], [0.5, 2.0, 1.1, -0.4]] {
+            let s = Spectral::of(&b).unwrap();
+            let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            let exact = s.differentiate(&s.log_strains(), &identity, &[0.0; 3], &change);
+            let moved = |sign: f64| log(&std::array::from_fn(|i| b[i] + sign * h * change[i]));
+            let (up, down) = (moved(1.0), moved(-1.0));
+            for i in 0..4 {
+                let slope = (up[i] - down[i]) / (2.0 * h);
+                approx::assert_relative_eq!(exact[i], slope, max_relative = 1e-7, epsilon = 1e-9);
             }
         }
     }

@@ -22,6 +22,14 @@ impl Volumetric {
         (c * (j / s - j / pore), c * j * (1.0 / s + n / (pore * pore)))
     }
 
+    /// Derivatives of the Kirchhoff stress by lambda* [-] and by n0S (Pa).
+    #[inline]
+    pub fn sensitivity(&self, j: f64) -> [f64; 2] {
+        let (s, pore) = (1.0 - self.n0s, j - self.n0s);
+        let by_n0s = self.lambda_star * (2.0 * s * j / pore - j - s * s * j / (pore * pore));
+        [s * j - s * s * j / pore, by_n0s]
+    }
+
     /// Stored energy (J/m^3).
     #[inline]
     pub fn energy(&self, j: f64) -> f64 {
@@ -46,6 +54,19 @@ mod tests {
             let slope = j * (law.stress(j + h).0 - law.stress(j - h).0) / (2.0 * h);
             assert_relative_eq!(stiffness, slope, max_relative = 1e-7);
         }
+    }
+
+    #[test]
+    fn sensitivities_are_slopes() {
+        let (j, h) = (0.8, 1e-6);
+        let tau = |lambda_star, n0s| Volumetric::new(lambda_star, n0s).stress(j).0;
+        let [by_lambda, by_n0s] = Volumetric::new(1e5, 0.2).sensitivity(j);
+        assert_relative_eq!(
+            by_lambda,
+            (tau(1e5 + 1.0, 0.2) - tau(1e5 - 1.0, 0.2)) / 2.0,
+            max_relative = 1e-7
+        );
+        assert_relative_eq!(by_n0s, (tau(1e5, 0.2 + h) - tau(1e5, 0.2 - h)) / (2.0 * h), max_relative = 1e-7);
     }
 
     #[test]

@@ -63,10 +63,19 @@ impl Structure {
     }
 }
 
+/// Which factors are valid.
+enum Factors {
+    None,
+    Multifrontal,
+    PartialPivoting(NumericLu<u32, f64>),
+}
+
 /// Factors of one matrix; memory is kept from one factorisation to the next.
 pub struct LinearSolver {
     structure: Arc<Structure>,
     numeric: Numeric,
+    factors: Factors,
+    solution: Vec<f64>,
     residual: Vec<f64>,
     sizes: Vec<f64>,
     fallbacks: u64,
@@ -77,7 +86,15 @@ impl LinearSolver {
     pub fn new(structure: Arc<Structure>) -> Self {
         let n = structure.pattern.unknowns();
         let numeric = Numeric::new(structure.multifrontal.clone());
-        Self { structure, numeric, residual: vec![0.0; n], sizes: vec![0.0; n], fallbacks: 0 }
+        Self {
+            structure,
+            numeric,
+            factors: Factors::None,
+            solution: vec![0.0; n],
+            residual: vec![0.0; n],
+            sizes: vec![0.0; n],
+            fallbacks: 0,
+        }
     }
 
     /// How often the multifrontal factors were not good enough.
@@ -85,62 +102,117 @@ impl LinearSolver {
         self.fallbacks
     }
 
-    /// Factorises the matrix with these values and solves in place.
+    /// Factorises the matrix with these values and solves in place for one right-hand side.
     ///
     /// # Errors
     /// When the matrix is singular or not finite.
     pub fn solve(&mut self, values: &[f64], rhs: &mut [f64]) -> Result<(), Singular> {
-        if self.numeric.factorise(values).is_ok() && self.refined(values, rhs) {
-            return Ok(());
-        }
-        self.fallbacks += 1;
-        let structure = &*self.structure;
-        solve_by_partial_pivoting(&structure.pattern, structure.fallback().ok_or(Singular)?, values, rhs)
+        self.factorise(values)?;
+        self.solve_again(values, rhs)
     }
 
-    /// Solves with the multifrontal factors, refining once; leaves `rhs` alone when that is not enough.
-    fn refined(&mut self, values: &[f64], rhs: &mut [f64]) -> bool {
-        let Self { structure, numeric, residual, sizes, .. } = self;
-        let mut x = rhs.to_vec();
-        numeric.solve_in_place(&mut x, 1);
-        for refinements in 0..2 {
-            residual.copy_from_slice(rhs);
-            let size = structure.pattern.subtract_product(values, &x, residual, sizes);
-            let error = residual.iter().fold(0.0, |m, r| f64::max(m, r.abs()));
-            if error <= ACCEPTED * size && size.is_finite() {
-                rhs.copy_from_slice(&x);
-                return true;
+    /// Factorises the matrix with these values.
+    ///
+    /// # Errors
+    /// When the matrix is singular or not finite.
+    pub fn factorise(&mut self, values: &[f64]) -> Result<(), Singular> {
+        match self.numeric.factorise(values) {
+            Ok(()) => {
+                self.factors = Factors::Multifrontal;
+                Ok(())
             }
-            if refinements == 0 {
-                numeric.solve_in_place(residual, 1);
-                x.iter_mut().zip(residual.iter()).for_each(|(x, r)| *x += r);
+            Err(_) => self.fall_back(values),
+        }
+    }
+
+    /// Solves in place for right-hand sides that stand one after the other, with the factors of `values`.
+    ///
+    /// # Errors
+    /// When the matrix turns out to be singular.
+    pub fn solve_again(&mut self, values: &[f64], rhs: &mut [f64]) -> Result<(), Singular> {
+        if matches!(self.factors, Factors::Multifrontal) {
+            if self.refined(values, rhs) {
+                return Ok(());
+            }
+            self.fall_back(values)?;
+        }
+        let Factors::PartialPivoting(numeric) = &self.factors else { return Err(Singular) };
+        let symbolic = self.structure.fallback().ok_or(Singular)?;
+        solve_by_partial_pivoting(symbolic, numeric, rhs)
+    }
+
+    fn fall_back(&mut self, values: &[f64]) -> Result<(), Singular> {
+        self.fallbacks += 1;
+        self.factors = Factors::None;
+        let symbolic = self.structure.fallback().ok_or(Singular)?;
+        let numeric = factorise_by_partial_pivoting(&self.structure.pattern, symbolic, values)?;
+        self.factors = Factors::PartialPivoting(numeric);
+        Ok(())
+    }
+
+    /// Solves with the multifrontal factors, refining where needed; leaves `rhs` alone when that is not enough.
+    fn refined(&mut self, values: &[f64], rhs: &mut [f64]) -> bool {
+        let Self { structure, numeric, solution, residual, sizes, .. } = self;
+        let unknowns = structure.pattern.unknowns();
+        solution.clear();
+        solution.extend_from_slice(rhs);
+        numeric.solve_in_place(solution, rhs.len() / unknowns);
+        let columns = solution.chunks_exact_mut(unknowns).zip(rhs.chunks_exact(unknowns));
+        for (x, b) in columns {
+            let mut accurate = |x: &[f64], residual: &mut [f64]| {
+                residual.copy_from_slice(b);
+                let size = structure.pattern.subtract_product(values, x, residual, sizes);
+                // A maximum would skip NaN.
+                size.is_finite() && residual.iter().all(|r| r.abs() <= ACCEPTED * size)
+            };
+            if accurate(x, residual) {
+                continue;
+            }
+            numeric.solve_in_place(residual, 1);
+            x.iter_mut().zip(residual.iter()).for_each(|(x, r)| *x += r);
+            if !accurate(x, residual) {
+                return false;
             }
         }
-        false
+        rhs.copy_from_slice(solution);
+        true
     }
 }
 
-fn solve_by_partial_pivoting(
+fn factorise_by_partial_pivoting(
     pattern: &CscPattern,
     symbolic: &SymbolicLu<u32>,
     values: &[f64],
-    rhs: &mut [f64],
-) -> Result<(), Singular> {
-    let n = rhs.len();
+) -> Result<NumericLu<u32, f64>, Singular> {
     let scratch = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
-    let mut workspace = MemBuffer::new(scratch.or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq)));
-    let stack = MemStack::new(&mut workspace);
+    let mut workspace = MemBuffer::new(scratch);
     let mut numeric = NumericLu::new();
     let matrix = SparseColMatRef::new(pattern.view(), values);
     symbolic
-        .factorize_numeric_lu(&mut numeric, matrix, Par::Seq, stack, Default::default())
+        .factorize_numeric_lu(
+            &mut numeric,
+            matrix,
+            Par::Seq,
+            MemStack::new(&mut workspace),
+            Default::default(),
+        )
         .map_err(|_| Singular)?;
-    let factors = LuRef::new_unchecked(symbolic, &numeric);
-    factors.solve_in_place_with_conj(
+    Ok(numeric)
+}
+
+fn solve_by_partial_pivoting(
+    symbolic: &SymbolicLu<u32>,
+    numeric: &NumericLu<u32, f64>,
+    rhs: &mut [f64],
+) -> Result<(), Singular> {
+    let n = symbolic.nrows();
+    let columns = rhs.len() / n;
+    let mut workspace = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq));
+    LuRef::new_unchecked(symbolic, numeric).solve_in_place_with_conj(
         Conj::No,
-        MatMut::from_column_major_slice_mut(rhs, n, 1),
+        MatMut::from_column_major_slice_mut(rhs, n, columns),
         Par::Seq,
-        stack,
+        MemStack::new(&mut workspace),
     );
     if rhs.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Singular) }
 }

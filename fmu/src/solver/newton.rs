@@ -59,6 +59,11 @@ impl Workspace {
         let zeros = || vec![0.0; unknowns];
         Self { residual: zeros(), values: vec![0.0; entries], correction: zeros(), trial: zeros() }
     }
+
+    /// Values of the dimensionless tangent where the last iteration ended.
+    pub fn tangent(&self) -> &[f64] {
+        &self.values
+    }
 }
 
 /// Iterates `x` to a residual norm below `tolerance`; returns the norms of all iterations.

@@ -63,7 +63,7 @@ impl CscPattern {
         sizes.iter().fold(0.0, |m, s| f64::max(m, *s))
     }
 
-    /// The pattern as faer sees it.
+    /// The pattern as faer sees it, which checks it: not for inner loops.
     pub fn view(&self) -> SymbolicSparseColMatRef<'_, u32> {
         let n = self.unknowns();
         SymbolicSparseColMatRef::new_checked(n, n, &self.column_pointers, None, &self.rows)

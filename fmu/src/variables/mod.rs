@@ -3,12 +3,15 @@
 //! The FMU's value references, `modelDescription.xml`, the command line, files and reports all
 //! come from [`table`]. To add a variable, add one entry in `table.rs`.
 
+pub mod sensitivities;
 mod settings;
 mod table;
 pub mod units;
 
 pub use settings::{BRANCHES, ProtocolSource, Readings, Settings};
 pub use units::Unit;
+
+use crate::ForceSensitivity;
 
 /// Role of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,6 +101,8 @@ enum Binding {
     Integer(fn(&Settings) -> i32, fn(&mut Settings, i32)),
     Boolean(fn(&Settings) -> bool, fn(&mut Settings, bool)),
     RealOutput(fn(&Readings) -> f64),
+    /// Derivative of a force by the material's parameter with this index.
+    Sensitivity(fn(&ForceSensitivity) -> f64, usize),
     IntegerOutput(fn(&Readings) -> i32),
 }
 
@@ -168,6 +173,7 @@ impl Variable {
             Binding::Integer(get, _) => Value::Integer(get(settings)),
             Binding::Boolean(get, _) => Value::Boolean(get(settings)),
             Binding::RealOutput(get) => Value::Real(get(readings)),
+            Binding::Sensitivity(get, parameter) => Value::Real(get(&readings.sensitivities[parameter])),
             Binding::IntegerOutput(get) => Value::Integer(get(readings)),
         }
     }
@@ -183,7 +189,7 @@ impl Variable {
             (Binding::Real(_, set), Value::Real(v)) => set(settings, v),
             (Binding::Integer(_, set), Value::Integer(v)) => set(settings, v),
             (Binding::Boolean(_, set), Value::Boolean(v)) => set(settings, v),
-            (Binding::RealOutput(_) | Binding::IntegerOutput(_), _) => {
+            (Binding::RealOutput(_) | Binding::Sensitivity(..) | Binding::IntegerOutput(_), _) => {
                 return Err(VariableError::ReadOnly(self.name.to_owned()));
             }
             (_, value) => return Err(self.wrong_type(value)),

@@ -1,8 +1,9 @@
 //! What the variables are bound to: everything settable, and everything readable.
 
+use crate::material::{MaterialParameter, Spring};
 use crate::parameters::{BranchParameters, OgdenParameters};
 use crate::protocol::Trapezoid;
-use crate::{Outputs, Parameters, Statistics};
+use crate::{ForceSensitivity, Outputs, Parameters, Statistics};
 use serde::{Deserialize, Serialize};
 
 /// Viscous branches that have variables. A branch with `mu = 0` is absent.
@@ -68,6 +69,9 @@ impl Settings {
     }
 }
 
+/// Parameters of a material with all its [`BRANCHES`].
+pub(super) const SENSITIVITIES: usize = MaterialParameter::count(BRANCHES);
+
 /// Everything that can be read by name, besides the settings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Readings {
@@ -75,4 +79,43 @@ pub struct Readings {
     pub outputs: Outputs,
     /// Solver statistics.
     pub statistics: Statistics,
+    /// Derivatives of the force by the material's parameters; 0 for those of an absent branch.
+    pub sensitivities: [ForceSensitivity; SENSITIVITIES],
+}
+
+impl Settings {
+    /// Derivatives of a model of these settings, with zeros for the absent branches.
+    pub fn spread(&self, present: &[ForceSensitivity]) -> [ForceSensitivity; SENSITIVITIES] {
+        let mut all = [ForceSensitivity::default(); SENSITIVITIES];
+        let is_present = |parameter| match parameter {
+            MaterialParameter::Mu(Spring::Branch(b))
+            | MaterialParameter::Alpha(Spring::Branch(b))
+            | MaterialParameter::Eta(b) => self.padded.material.branches[b].ogden.mu != 0.0,
+            _ => true,
+        };
+        let places = MaterialParameter::all(BRANCHES).filter(|&parameter| is_present(parameter));
+        for (parameter, &derivative) in places.zip(present) {
+            all[parameter.index()] = derivative;
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_of_absent_branches_are_zero() {
+        let mut settings = Settings::default();
+        settings.padded.material.branches[0].ogden.mu = 0.0;
+        let one = |force| ForceSensitivity { force, fluid: 0.0 };
+        let present: Vec<_> = (1..=MaterialParameter::count(1)).map(|k| one(k as f64)).collect();
+        let all = settings.spread(&present);
+        assert_eq!(all[MaterialParameter::Alpha(Spring::Equilibrium).index()].force, 6.0);
+        assert_eq!(all[MaterialParameter::Mu(Spring::Branch(0)).index()].force, 0.0);
+        assert_eq!(all[MaterialParameter::Mu(Spring::Branch(1)).index()].force, 7.0);
+        assert_eq!(all[MaterialParameter::Eta(1).index()].force, 9.0);
+        assert_eq!(all[MaterialParameter::Eta(2).index()].force, 0.0);
+    }
 }

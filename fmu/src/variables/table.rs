@@ -6,6 +6,7 @@ use super::units::{
 };
 use super::{
     Binding, Causality, Enumeration, Identification, Kind, ProtocolSource, Readings, Variability, Variable,
+    sensitivities,
 };
 use crate::parameters::{MeshPreset, TimeScheme};
 
@@ -47,9 +48,14 @@ macro_rules! choice {
     };
 }
 
-const fn variable(name: &'static str, description: &'static str, kind: Kind, binding: Binding) -> Variable {
+pub(super) const fn variable(
+    name: &'static str,
+    description: &'static str,
+    kind: Kind,
+    binding: Binding,
+) -> Variable {
     let (causality, variability) = match binding {
-        Binding::RealOutput(_) => (Causality::Output, Variability::Continuous),
+        Binding::RealOutput(_) | Binding::Sensitivity(..) => (Causality::Output, Variability::Continuous),
         Binding::IntegerOutput(_) => (Causality::Output, Variability::Discrete),
         _ => (Causality::Parameter, Variability::Fixed),
     };
@@ -389,6 +395,11 @@ const SOLVER: &[Variable] = &[
         (1e-14, 1e-2),
         field!(Real, padded.solver.newton_tolerance),
     ),
+    flag(
+        "solver.sensitivities",
+        "Compute the outputs sensitivity.*: exact derivatives of the force by the material's parameters",
+        field!(Boolean, padded.solver.sensitivities),
+    ),
 ];
 
 const PROTOCOL: &[Variable] = &[
@@ -458,7 +469,7 @@ const PROTOCOL: &[Variable] = &[
 ];
 
 /// The sections in the order of the value references.
-const SECTIONS: [&[Variable]; 13] = [
+const SECTIONS: [&[Variable]; 16] = [
     INPUTS,
     OUTPUTS,
     STATISTICS,
@@ -472,6 +483,9 @@ const SECTIONS: [&[Variable]; 13] = [
     BOUNDARY,
     SOLVER,
     PROTOCOL,
+    &sensitivities::FORCE,
+    &sensitivities::FORCE_SOLID,
+    &sensitivities::FORCE_FLUID,
 ];
 
 const LENGTH_OF_TABLE: usize = {

@@ -37,11 +37,17 @@ pub const PASCAL: Unit = unit("Pa", (1, -1, -2), "Pa", 1.0);
 pub const PASCAL_SECOND: Unit = unit("Pa s", (1, -1, -1), "Pa s", 1.0);
 /// Power.
 pub const WATT: Unit = unit("W", (1, 2, -3), "uW", 1e6);
+/// Change of a force with a modulus.
+pub const NEWTON_PER_PASCAL: Unit = unit("N/Pa", (0, 2, 0), "mN/Pa", 1e3);
+/// Change of a force with a viscosity.
+pub const NEWTON_PER_PASCAL_SECOND: Unit = unit("N/(Pa s)", (0, 2, -1), "mN/(Pa s)", 1e3);
+/// Change of a force with a permeability.
+pub const NEWTON_PER_SQUARE_METRE: Unit = unit("N/m^2", (1, -1, -2), "mN/mm^2", 1e-3);
 /// Energy.
 pub const JOULE: Unit = unit("J", (1, 2, -2), "uJ", 1e6);
 
 /// Every unit that the variable table may use.
-pub const ALL: [&Unit; 11] = [
+pub const ALL: [&Unit; 14] = [
     &ONE,
     &METRE,
     &METRE_PER_SECOND,
@@ -51,6 +57,9 @@ pub const ALL: [&Unit; 11] = [
     &NEWTON,
     &PASCAL,
     &PASCAL_SECOND,
+    &NEWTON_PER_PASCAL,
+    &NEWTON_PER_PASCAL_SECOND,
+    &NEWTON_PER_SQUARE_METRE,
     &WATT,
     &JOULE,
 ];

@@ -48,7 +48,7 @@ struct Set {
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let motion = motion(&arguments.protocol, arguments.points)?;
     let cache = arguments.out.join("cache");
-    let engine = arguments.engine.engine(&arguments.record, Some(cache), stop)?;
+    let engine = arguments.engine.engine(&arguments.record, false, Some(cache), stop)?;
     let common = settings_from(engine.wiring(), &arguments.engine.settings())?;
     let sets = read_sets(&arguments.sets, &engine, &common)?;
     let submit = |set: &Set| {

@@ -37,17 +37,20 @@ pub struct EngineArguments {
 }
 
 impl EngineArguments {
-    /// Loads the FMU and starts the workers.
+    /// Loads the FMU and starts the workers; records `extra` outputs and, where the FMU has them,
+    /// the derivatives of the force.
     ///
     /// # Errors
     /// As [`Engine::new`].
     pub fn engine(
         &self,
         extra: &[String],
+        sensitivities: bool,
         cache: Option<PathBuf>,
         stop: &Arc<AtomicBool>,
     ) -> Result<Engine, EngineError> {
-        let names = Names { input: self.input.clone(), output: self.output.clone(), extra: extra.to_vec() };
+        let (input, output) = (self.input.clone(), self.output.clone());
+        let names = Names { input, output, extra: extra.to_vec(), sensitivities };
         let (fmu, stop) = (self.fmu.clone(), Arc::clone(stop));
         Engine::new(&EngineOptions { fmu, names, workers: self.jobs, cache, stop })
     }

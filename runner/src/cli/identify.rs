@@ -7,7 +7,7 @@ use super::{CliResult, Ending};
 use crate::data::{Wanted, read};
 use crate::engine::Engine;
 use crate::identification::report::{Context, report};
-use crate::identification::{FitSettings, Settings, Source, identify};
+use crate::identification::{FitSettings, JacobianSource, Settings, Source, identify};
 use crate::objective::{Dataset, ParameterMap, Weights};
 use crate::report::Setting;
 use crate::setting::settings_from;
@@ -46,13 +46,17 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let settings = settings(arguments)?;
     let engine_arguments = EngineArguments { jobs: arguments.engine.jobs, ..settings.engine.clone() };
     let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
-    let engine = engine_arguments.engine(&RECORDED.map(str::to_owned), Some(cache), stop)?;
+    let derivatives = settings.fit.jacobian != JacobianSource::Fd;
+    let engine = engine_arguments.engine(&RECORDED.map(str::to_owned), derivatives, Some(cache), stop)?;
     let (weights, options) = (settings.fit.weights()?, settings.fit.options()?);
     let height = sample_height(&engine, &settings.engine)?;
     let fitted = datasets(&settings.measurements, &weights, height)?;
     let validation = datasets(&settings.validation, &weights, height)?;
     let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &settings.requests())?;
     check_points(&fitted, &parameters)?;
+    if settings.fit.jacobian == JacobianSource::Sensitivity {
+        check_derivatives(&engine, &parameters)?;
+    }
     settings.save(&arguments.out)?;
 
     let progress = Progress::of_fit((options.max_evaluations * options.starts) as u64);
@@ -154,12 +158,25 @@ fn check_points(datasets: &[Dataset], parameters: &ParameterMap) -> Result<(), S
     ))
 }
 
+fn check_derivatives(engine: &Engine, parameters: &ParameterMap) -> Result<(), String> {
+    let recorded = &engine.wiring().sensitivities;
+    let slopes = |j| parameters.slopes(parameters.start(), j);
+    let mut names = (0..parameters.free().len()).flat_map(slopes).map(|(name, _)| name);
+    match names.find(|name| !recorded.contains_key(*name)) {
+        None => Ok(()),
+        Some(name) => Err(format!(
+            "--jacobian sensitivity: the FMU has no derivative of the force by {name}; use --jacobian auto"
+        )),
+    }
+}
+
 /// What a reader of the report needs to repeat the fit.
 fn kept_settings(settings: &Settings) -> Vec<Setting> {
     let fit = &settings.fit;
     let mut kept = vec![
         ("starts", fit.starts.to_string()),
         ("seed", fit.seed.to_string()),
+        ("derivatives", format!("{:?}", fit.jacobian).to_lowercase()),
         ("finite-difference step", fit.fd_step.to_string()),
     ];
     kept.extend(settings.engine.settings().into_iter().map(|s| ("set", s)));

@@ -35,7 +35,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let motion = motion(&arguments.motion, arguments.points)?;
     let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };
-    let engine = single.engine(&arguments.record, None, stop)?;
+    let engine = single.engine(&arguments.record, false, None, stop)?;
     for name in &arguments.record {
         let recorded = engine.wiring().outputs.iter().any(|p| p.name == *name);
         if !recorded && name != "all" && engine.is_own() {

@@ -36,7 +36,7 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let recorded = ["force_solid", "force_fluid"].map(str::to_owned);
-    let engine = arguments.engine.engine(&recorded, None, stop)?;
+    let engine = arguments.engine.engine(&recorded, false, None, stop)?;
     let values = settings_from(engine.wiring(), &arguments.engine.settings())?;
     let weights = Weights { noise: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
     let height = sample_height(&engine, &arguments.engine)?;

@@ -110,6 +110,14 @@ impl FitParameter {
         }
     }
 
+    /// Change of the value (SI) per unit of the optimiser's variable.
+    pub fn slope(&self, x: f64) -> f64 {
+        match self.transform {
+            Transform::Logarithmic { .. } => self.to_value(x),
+            Transform::Linear { scale } => scale,
+        }
+    }
+
     /// Bounds in the optimiser's variable, ascending.
     pub fn internal_bounds(&self) -> (f64, f64) {
         let (a, b) = (self.to_internal(self.lower), self.to_internal(self.upper));
@@ -150,6 +158,16 @@ mod tests {
         let mu = FitParameter::new("mu", "mu", Unit::new("Pa", 1.0), -217.0, [-1000.0, -1.0]).unwrap();
         assert_eq!(mu.internal_bounds(), (0.0, 1000f64.ln()));
         assert_relative_eq!(mu.to_value(mu.to_internal(-217.0)), -217.0, max_relative = 1e-14);
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_value() {
+        let mu = FitParameter::new("mu", "mu", Unit::new("Pa", 1.0), -217.0, [-1000.0, -1.0]).unwrap();
+        let offset = FitParameter::new("o", "o", Unit::new("mm", 1e-3), 0.0, [-1.0, 3.0]).unwrap();
+        for (p, x) in [(mu, 2.0), (offset, 0.3)] {
+            let numeric = (p.to_value(x + 1e-6) - p.to_value(x - 1e-6)) / 2e-6;
+            assert_relative_eq!(p.slope(x), numeric, max_relative = 1e-8);
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@
 pub mod report;
 pub mod settings;
 
-pub use settings::{FitSettings, Settings, SettingsError, Source};
+pub use settings::{FitSettings, JacobianSource, Settings, SettingsError, Source};
 
 use crate::engine::Engine;
 use crate::fit::multi_start::minimise_from_many;
@@ -42,6 +42,8 @@ pub struct Identification {
     pub load: JacobianLoad,
     /// Points at which the model failed.
     pub failed_points: u64,
+    /// Number of parameters whose derivatives came from the FMU instead of finite differences.
+    pub exact_derivatives: usize,
 }
 
 /// Drawn starts that are refined to the end; the others are only screened.
@@ -49,8 +51,9 @@ const REFINED: usize = 8;
 /// An iteration that lowers chi^2 by a smaller part ends the fit: with some hundred points that is a hundredth of
 /// a unit of chi^2, far below the noise, and spares the slide along directions that the data do not feel.
 const CHI_SQUARE_TOLERANCE: f64 = 1e-4;
-/// A finite-difference Jacobian is not more accurate than this part of its largest singular value.
-const JACOBIAN_ACCURACY: f64 = 1e-4;
+/// A Jacobian is not more accurate than this part of its largest singular value: by finite differences, and
+/// from the FMU's derivatives.
+const JACOBIAN_ACCURACY: [f64; 2] = [1e-4, 1e-6];
 
 /// Fits; `observe` sees each accepted step with the index of its start. A stop asked of the engine ends the
 /// fit at its best point.
@@ -66,10 +69,11 @@ pub fn identify(
 ) -> Result<Identification, FitError> {
     let mut objective = Objective::new(engine, datasets, parameters, options.step);
     let many = MultiStartOptions { starts: options.starts.max(1), refined: REFINED, seed: options.seed };
+    let exact = objective.exact_columns() == parameters.free().len();
     let trust = Options {
         max_evaluations: options.max_evaluations,
         chi_square_tolerance: CHI_SQUARE_TOLERANCE,
-        ..Options::for_log_parameters(JACOBIAN_ACCURACY)
+        ..Options::for_log_parameters(JACOBIAN_ACCURACY[usize::from(exact)])
     };
     let mut watch = |start: usize, record: &IterationRecord| {
         observe(start, record);
@@ -79,7 +83,8 @@ pub fn identify(
     let search = minimise_from_many(&mut objective, start, bounds, &trust, &many, &mut watch)?;
     let values = parameters.settings(&search.best.x);
     let (load, failed_points) = (objective.load(), objective.failed());
-    Ok(Identification { search, values, load, failed_points })
+    let exact_derivatives = objective.exact_columns();
+    Ok(Identification { search, values, load, failed_points, exact_derivatives })
 }
 
 /// What is known about the noise in the residuals of all datasets.

@@ -71,12 +71,27 @@ pub struct FitSettings {
     /// Seed of the drawn starts
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     pub seed: u64,
+    /// Where derivatives come from
+    #[arg(long, value_enum, default_value_t)]
+    pub jacobian: JacobianSource,
     /// Finite-difference step, relative to the parameter
     #[arg(long, value_name = "STEP", default_value_t = 0.01)]
     pub fd_step: f64,
     /// Largest number of evaluations per start (those inside a Jacobian are not counted)
     #[arg(long, value_name = "N", default_value_t = 60)]
     pub max_evaluations: usize,
+}
+
+/// Where the derivatives of the force by the parameters come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize, Deserialize)]
+pub enum JacobianSource {
+    /// The FMU's own where it has them, finite differences for the other parameters
+    #[default]
+    Auto,
+    /// The FMU's own for all parameters, or an error
+    Sensitivity,
+    /// Finite differences for all parameters
+    Fd,
 }
 
 /// Settings that cannot be used.
@@ -133,7 +148,7 @@ pub enum SettingsError {
 
 /// Name of the settings file in the output directory.
 pub const FILE: &str = "settings.json";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 impl Source {
     /// A file as it is now.

@@ -90,6 +90,13 @@ impl Dataset {
         residuals.extend(forces.zip(&self.scale_n).map(|((model, measured), s)| (model - measured) / s));
     }
 
+    /// Appends the change of each point's residual with the force's `derivatives`, each with its factor.
+    pub fn append_slopes(&self, derivatives: &[(&[f64], f64)], column: &mut Vec<f64>) {
+        column.extend(self.scale_n.iter().enumerate().map(|(i, scale)| {
+            derivatives.iter().map(|(force_n, factor)| factor * force_n[i]).sum::<f64>() / scale
+        }));
+    }
+
     /// Weighted residuals of each point.
     pub fn residuals(&self, curve: &ForceCurve) -> Vec<f64> {
         let mut residuals = Vec::with_capacity(self.measurement.len());

@@ -177,6 +177,14 @@ impl ParameterMap {
         (self.bounds.lower(), self.bounds.upper())
     }
 
+    /// Every parameter that follows the optimiser's variable `j`, with its change per unit of it at `x`.
+    pub fn slopes(&self, x: &[f64], j: usize) -> Vec<(&str, f64)> {
+        let (free, slope) = (&self.free[j], self.free[j].slope(x[j]));
+        let tied = self.ties.iter().filter(|tie| tie.of == free.name);
+        let own = std::iter::once((free.name.as_str(), slope));
+        own.chain(tied.map(|tie| (tie.name.as_str(), tie.factor * slope))).collect()
+    }
+
     /// Values of every parameter that is set, at a point of the optimiser.
     pub fn settings(&self, x: &[f64]) -> BTreeMap<String, f64> {
         let mut values = self.fixed.clone();

@@ -2,6 +2,7 @@
 
 use crate::fmi::{ModelDescription, ScalarVariable, VariableKind};
 use crate::units::{Dimension, Unit};
+use poropunch::variables::sensitivities;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
@@ -41,6 +42,8 @@ pub struct Wiring {
     pub drive: Drive,
     /// Outputs to record, the force first.
     pub outputs: Vec<Port>,
+    /// Place in `outputs` of the force's derivative by each parameter that has one.
+    pub sensitivities: BTreeMap<String, usize>,
     /// Settable parameters by name.
     pub parameters: BTreeMap<String, ScalarVariable>,
 }
@@ -54,6 +57,8 @@ pub struct Names {
     pub output: Option<String>,
     /// Further outputs to record; those that the FMU does not have are left out.
     pub extra: Vec<String>,
+    /// Whether to record the derivatives of the force, where the FMU has them.
+    pub sensitivities: bool,
 }
 
 /// In [`Names::extra`]: every real output.
@@ -113,8 +118,18 @@ impl Wiring {
         let drive = drive(description, &input);
         let settable = |v: &&ScalarVariable| v.causality == "parameter";
         let parameters = description.variables.iter().filter(settable);
-        let parameters = parameters.map(|v| (v.name.clone(), v.clone())).collect();
-        Ok(Self { input, drive, outputs, parameters })
+        let parameters: BTreeMap<_, _> = parameters.map(|v| (v.name.clone(), v.clone())).collect();
+        let mut found = BTreeMap::new();
+        let switched = parameters.get(sensitivities::SWITCH).is_some_and(|v| v.kind == VariableKind::Boolean);
+        for parameter in parameters.keys().filter(|_| names.sensitivities && switched) {
+            let name = sensitivities::name(&outputs[0].name, parameter);
+            if let Some(v) = description.variables.iter().find(|v| v.name == name) {
+                found.insert(parameter.clone(), outputs.len());
+                let factor = outputs[0].factor;
+                outputs.push(Port { name, reference: v.value_reference, factor });
+            }
+        }
+        Ok(Self { input, drive, outputs, sensitivities: found, parameters })
     }
 
     /// What a run's result depends on besides the FMU and the job.
