@@ -8,7 +8,7 @@ use super::mesh::Mesh;
 use super::point::SolidMaterial;
 use super::shape::{CORNER_NODES, NODES, POINTS, UNKNOWNS};
 use super::{IDENTITY, Voigt};
-use crate::element::assembly::Inadmissible;
+use crate::element::Inadmissible;
 use crate::solver::pattern::CscPattern;
 use serde::{Deserialize, Serialize};
 

@@ -5,7 +5,7 @@ use super::geometry::{FacePoint, Geometry};
 use super::kernel::Point;
 use super::point::{SolidMaterial, inverse};
 use super::shape::{GAUSS_POINTS, POINTS, VOLUMETRIC_POINTS, gauss_lagrange, volumetric_lagrange};
-use crate::element::assembly::Inadmissible;
+use crate::element::Inadmissible;
 use crate::element::field::Integrals;
 
 /// Quarters per sample.

@@ -16,6 +16,7 @@ pub mod linear;
 pub mod mesh;
 pub mod newton;
 pub mod point;
+pub mod sample;
 pub mod shape;
 pub mod spectral;
 pub mod step;

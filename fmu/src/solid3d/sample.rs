@@ -1,0 +1,36 @@
+//! The discretised quarter: mesh, assembly map and matrix structure, shared by all instances.
+
+use super::assembly::AssemblyMap;
+use super::forest::Refinement;
+use super::geometry::Geometry;
+use super::linear::analyse;
+use super::mesh::Mesh;
+use crate::parameters::GeometryParameters;
+use crate::solver::multifrontal::{StructureError, Symbolic};
+use std::sync::Arc;
+
+/// Everything that depends on the mesh alone.
+#[derive(Debug)]
+pub struct SolidSample {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Reference geometry of the integration points.
+    pub geometry: Geometry,
+    /// Cell unknowns and positions in the matrix.
+    pub map: AssemblyMap,
+    /// Symbolic factorisation.
+    pub symbolic: Arc<Symbolic>,
+}
+
+impl SolidSample {
+    /// The sample of a geometry.
+    ///
+    /// # Errors
+    /// When the mesh has too many unknowns.
+    pub fn new(geometry: &GeometryParameters, refinement: Refinement<'_>) -> Result<Self, StructureError> {
+        let mesh = Mesh::new(geometry, refinement);
+        let map = AssemblyMap::new(&mesh);
+        let symbolic = analyse(&mesh, &map)?;
+        Ok(Self { geometry: Geometry::new(&mesh), mesh, map, symbolic })
+    }
+}
