@@ -55,7 +55,7 @@ pub struct Refinement<'a> {
 
 /// The paper's size: 3184 cells, edge cells of 1/32 of the punch radius.
 pub const PAPER: Refinement<'static> = Refinement { reach: &[9.0, 1.8, 0.9, 0.3] };
-/// A quick mesh of the same layout with edge cells twice as large.
+/// A quick mesh of the same layout, edge cells of 1/8 of the punch radius: for tests.
 pub const COARSE: Refinement<'static> = Refinement { reach: &[1.2, 0.6] };
 
 /// The refined and balanced cells: neighbours, across edges and corners too, differ by one level at most.

@@ -23,7 +23,7 @@ const FRESH: usize = 8;
 /// When the mesh has too many unknowns.
 pub fn analyse(mesh: &Mesh, map: &AssemblyMap) -> Result<Arc<Symbolic>, StructureError> {
     let elements: Vec<Vec<u32>> = (0..map.cells()).map(|cell| map.unknowns(cell).to_vec()).collect();
-    let centroids = mesh.cells.iter().map(|nodes| mesh.nodes[nodes[13] as usize]).collect();
+    let centroids = (0..map.cells()).map(|cell| mesh.polar_centre(cell)).collect();
     let rank = mesh.pressure_mask().into_iter().map(u8::from).collect();
     let structure = multifrontal::Structure { unknowns: mesh.unknowns(), elements, centroids, rank };
     Ok(Arc::new(Symbolic::analyse(&structure, map.pattern.view())?))

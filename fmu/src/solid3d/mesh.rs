@@ -124,6 +124,13 @@ impl Mesh {
         self.is_side(node).then(|| direction(self.logical[node as usize]))
     }
 
+    /// Centre of a cell in ring coordinate, polar angle and layer, in which separators are planes.
+    pub fn polar_centre(&self, cell: usize) -> [f64; 3] {
+        let x = self.logical[self.cells[cell][13] as usize];
+        let (cos, sin) = direction(x);
+        [ring_coordinate(x), sin.atan2(cos), x[2]]
+    }
+
     fn ring(&self, node: u32) -> f64 {
         ring_coordinate(self.logical[node as usize])
     }
