@@ -1,10 +1,16 @@
 //! The three-dimensional quarter: patch test, and its force against the axisymmetric model's.
 
+use poropunch::indentation::motion::Path;
+use poropunch::indentation::sample::Sample;
+use poropunch::indentation::step::Stepper;
+use poropunch::mesh::Mesh;
 use poropunch::solid3d::assembly::{History, assemble};
-use poropunch::solid3d::forest::COARSE;
+use poropunch::solid3d::forest::{COARSE, PAPER, Refinement};
 use poropunch::solid3d::point::SolidMaterial;
 use poropunch::solid3d::sample::SolidSample;
-use poropunch::Parameters;
+use poropunch::solid3d::step::SolidStepper;
+use poropunch::{Parameters, Statistics};
+use std::sync::Arc;
 
 /// Largest force on an inner unknown over the largest one on the boundary, and the largest fluid volume over
 /// the sample's, for `x = f X` and a uniform pressure.
@@ -61,4 +67,96 @@ fn patch_test() {
     assert!(force < 1e-9 && volume < 1e-12, "{force:e} {volume:e}");
     let (force, volume) = imbalance([[1.05, 0.1, 0.0], [0.0, 1.1, 0.1], [0.05, 0.0, 0.85]]);
     assert!(force < 1e-3 && volume < 1e-12, "{force:e} {volume:e}");
+}
+
+/// The axisymmetric model on a rectangular grid: radii and depths in mm, ascending from 0.
+fn rectangular(parameters: &Parameters, radii_mm: &[f64], depths_mm: &[f64]) -> Stepper {
+    let h = parameters.geometry.sample_height;
+    let radii: Vec<f64> = radii_mm.iter().map(|r| r * 1e-3).collect();
+    let mut heights: Vec<f64> = depths_mm.iter().rev().map(|d| h - d * 1e-3).collect();
+    heights[0] = 0.0;
+    let mesh = Mesh::tensor(&radii, &heights, parameters.geometry.punch_radius);
+    Stepper::new(parameters, Arc::new(Sample::from_mesh(mesh).unwrap()))
+}
+
+fn relative(a: f64, b: f64) -> f64 {
+    (a / b - 1.0).abs()
+}
+
+/// Agreement with the axisymmetric model, quick.
+/// Goal: the three-dimensional discretisation computes the same force. Set-up: edge cells of 0.25 mm, two steps
+/// of 0.05 s at 1.6 mm/s, viscous and porous. Reference: the axisymmetric model on the quarter's section, grid
+/// line by grid line. Tolerance: 0.5 % in force and fluid part, 1 % in the traction integral and energies.
+#[test]
+fn force_is_that_of_the_axisymmetric_section() {
+    let parameters = Parameters::default();
+    let refinement = Refinement { reach: &[9.0, 0.6] };
+    let sample = SolidSample::new(&parameters.geometry, refinement).unwrap();
+    assert!((sample.mesh.edge_size() - 0.25e-3).abs() < 1e-9);
+    let mut solid = SolidStepper::new(&parameters, Arc::new(sample));
+    let mut plane = rectangular(
+        &parameters,
+        &[0.0, 0.275, 0.55, 0.775, 1.0, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0, 4.0, 5.0, 7.5, 10.0],
+        &[0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.5, 7.0, 8.5, 10.0],
+    );
+    let mut statistics = Statistics::default();
+    let (mut a, mut b) = (solid.undeformed(0.0), plane.undeformed(0.0));
+    for k in 0..2 {
+        let start = 0.08e-3 * f64::from(k);
+        a = solid.step(&a, start, 1.6e-3, 0.05, &mut statistics).unwrap();
+        b = plane.step(&b, start, 1.6e-3, 0.05, &mut statistics).unwrap();
+        let (a, b) = (a.outputs, b.outputs);
+        assert!(relative(a.force, b.force) < 5e-3, "{} N, {} N", a.force, b.force);
+        assert!(relative(a.force_fluid, b.force_fluid) < 5e-3, "{} N, {} N", a.force_fluid, b.force_fluid);
+        for (name, of) in [
+            ("traction integral", a.force_traction / b.force_traction),
+            ("stored energy", a.stored_energy / b.stored_energy),
+            ("viscous dissipation", a.viscous_dissipation / b.viscous_dissipation),
+            ("porous dissipation", a.porous_dissipation / b.porous_dissipation),
+            ("fluid expelled", a.fluid_expelled / b.fluid_expelled),
+        ] {
+            assert!((of - 1.0).abs() < 1e-2, "{name}: ratio {of}");
+        }
+        assert!(relative(a.external_work, b.external_work) < 5e-3);
+    }
+}
+
+/// Agreement with the axisymmetric model at full size: some ten minutes.
+/// Goal: the paper's mesh computes the axisymmetric force at the same edge element size. Set-up: P2's ramp to
+/// 1 mm and 10 s of hold. Reference: the axisymmetric model on a rectangular grid with the quarter's edge cells of
+/// 0.125 mm. Tolerance: 0.5 %.
+#[test]
+#[ignore = "ten minutes"]
+fn paper_mesh_agrees_with_the_axisymmetric_model() {
+    let parameters = Parameters::default();
+    let sample = SolidSample::new(&parameters.geometry, PAPER).unwrap();
+    assert!((sample.mesh.edge_size() - 0.125e-3).abs() < 1e-9);
+    let mut solid = SolidStepper::new(&parameters, Arc::new(sample));
+    let lines = |pieces: &[(f64, usize)]| {
+        let mut lines = vec![0.0];
+        for &(end, intervals) in pieces {
+            let start = lines[lines.len() - 1];
+            lines.extend((1..=intervals).map(|k| start + (end - start) * k as f64 / intervals as f64));
+        }
+        lines
+    };
+    let mut plane = rectangular(
+        &parameters,
+        &lines(&[(1.0, 8), (3.0, 16), (5.0, 8), (10.0, 4)]),
+        &lines(&[(1.0, 8), (2.0, 4), (4.0, 4), (10.0, 4)]),
+    );
+    let mut statistics = Statistics::default();
+    let (ramp, depth): (f64, f64) = (1e-3 / 1.6e-3, 1e-3);
+    let (mut a, mut b) = (Path::touch(&solid, 0.0), Path::touch(&plane, 0.0));
+    let (mut now, mut from) = (0.0, 0.0);
+    for end in [0.1_f64, ramp, ramp + 1.0, ramp + 10.0] {
+        let to = depth * (end / ramp).min(1.0);
+        let (solver, radius) = (&parameters.solver, parameters.geometry.punch_radius);
+        let a = a.advance(&mut solid, solver, radius, (now, from), (end, to), &mut statistics).unwrap();
+        let b = b.advance(&mut plane, solver, radius, (now, from), (end, to), &mut statistics).unwrap();
+        (now, from) = (end, to);
+        println!("{end} s: {} N in three dimensions, {} N axisymmetric", a.force, b.force);
+        assert!(relative(a.force, b.force) < 5e-3, "{end} s: {} N, {} N", a.force, b.force);
+        assert!(relative(a.force_fluid, b.force_fluid) < 1e-2, "{} N, {} N", a.force_fluid, b.force_fluid);
+    }
 }
