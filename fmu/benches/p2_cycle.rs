@@ -23,20 +23,31 @@ fn cycle(model: &Model) -> Result<Statistics, StepError> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    println!("| mesh | unknowns | steps | iterations | CPU s, least of {REPETITIONS} |");
-    println!("|---|---|---|---|---|");
+    println!(
+        "| mesh | unknowns | steps | iterations | CPU s, least of {REPETITIONS} | with sensitivities | ratio |"
+    );
+    println!("|---|---|---|---|---|---|---|");
     for preset in [MeshPreset::Coarse, MeshPreset::Standard, MeshPreset::Fine] {
         let mut parameters = Parameters::default();
         parameters.mesh.preset = preset;
-        let model = Model::new(parameters)?;
-        let (mut least, mut statistics) = (f64::INFINITY, Statistics::default());
+        let plain = Model::new(parameters.clone())?;
+        parameters.solver.sensitivities = true;
+        let with_sensitivities = Model::new(parameters)?;
+        let mut least = [f64::INFINITY; 2];
+        let mut statistics = Statistics::default();
         for _ in 0..REPETITIONS {
-            let start = ThreadTime::now();
-            statistics = cycle(&model)?;
-            least = least.min(start.elapsed().as_secs_f64());
+            for (least, model) in least.iter_mut().zip([&plain, &with_sensitivities]) {
+                let start = ThreadTime::now();
+                statistics = cycle(model)?;
+                *least = least.min(start.elapsed().as_secs_f64());
+            }
         }
-        let Statistics { steps, iterations, .. } = statistics;
-        println!("| {preset:?} | {} | {steps} | {iterations} | {least:.2} |", model.unknowns());
+        let (Statistics { steps, iterations, .. }, [without, with]) = (statistics, least);
+        println!(
+            "| {preset:?} | {} | {steps} | {iterations} | {without:.2} | {with:.2} | {:.2} |",
+            plain.unknowns(),
+            with / without
+        );
     }
 
     let model = Model::new(Parameters::default())?;

@@ -27,7 +27,7 @@ impl History {
     }
 
     /// History of one element.
-    #[inline]
+    #[inline(always)]
     pub fn element(&self, element: usize, branches: usize) -> PointState<'_> {
         let first = element * POINTS;
         PointState {
@@ -63,11 +63,12 @@ impl AssemblyMap {
     }
 
     /// Unknowns `x` of one element.
-    #[inline]
+    #[inline(always)]
     pub fn gather(&self, element: usize, x: &[f64]) -> [f64; UNKNOWNS] {
         self.unknowns[element].map(|u| x[u as usize])
     }
 
+    #[inline(always)]
     fn scatter(&self, element: usize, system: &ElementSystem, residual: &mut [f64], values: &mut [f64]) {
         for (i, &u) in self.unknowns[element].iter().enumerate() {
             residual[u as usize] += system.residual[i];
@@ -122,9 +123,26 @@ impl Body<'_> {
         residual: &mut [f64],
         values: &mut [f64],
     ) -> Result<(), Inadmissible> {
-        let Self { geometry, map, material } = self;
         residual.fill(0.0);
         values.fill(0.0);
+        pulp::Arch::new().dispatch(AssembleElements { body: self, stage, residual, values })
+    }
+}
+
+/// The loop over the elements, compiled for the machine's vector instructions.
+struct AssembleElements<'a> {
+    body: &'a Body<'a>,
+    stage: &'a Stage<'a>,
+    residual: &'a mut [f64],
+    values: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for AssembleElements<'_> {
+    type Output = Result<(), Inadmissible>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Self { body: Body { geometry, map, material }, stage, residual, values } = self;
         let mut system = ElementSystem::default();
         for (index, points) in geometry.elements.iter().enumerate() {
             let x_e = map.gather(index, stage.x);

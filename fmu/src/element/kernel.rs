@@ -48,7 +48,7 @@ pub struct Point {
 
 impl Point {
     /// Evaluates the kinematics; `x` are the element's unknowns. `None` when turned inside out.
-    #[inline]
+    #[inline(always)]
     pub fn at(geometry: &PointGeometry, x: &[f64; UNKNOWNS]) -> Option<Self> {
         let (mut plane, mut u_r) = ([[1.0, 0.0], [0.0, 1.0]], 0.0);
         for a in 0..NODES {
@@ -98,6 +98,7 @@ pub struct PointState<'a> {
 }
 
 /// Fills `system` for the unknowns `x` at the end of a step of `dt` (s); `None` when inadmissible.
+#[inline(always)]
 pub fn evaluate(
     geometry: &ElementGeometry,
     material: &PointMaterial,
@@ -127,33 +128,73 @@ pub fn evaluate(
         }
         c[3][3] += pore;
 
-        momentum(&point, &tau, &c, w, system);
-        coupling(&point, &place.p, w * j, system);
-        mass(&point, place, material, j - old.jacobian[k], dt, system);
+        let rows = Rows::of(&point);
+        momentum(&point, &rows, &tau, &c, w, system);
+        coupling(&rows, &place.p, w * j, system);
+        mass(&point, &rows, place, material, j - old.jacobian[k], dt, system);
     }
     for place in &geometry.volumetric {
         let point = Point::at(place, x)?;
         let (tau, stiffness) = material.volumetric_stress(point.jacobian)?;
         volumetric(&point, place.measure * tau, place.measure * stiffness, system);
     }
-    // K_uu is symmetric: the kernel fills its upper half.
-    for a in 0..2 * NODES {
-        for b in 0..a {
-            system.tangent[a][b] = system.tangent[b][a];
-        }
-    }
     Some(())
 }
 
-#[inline]
-fn momentum(point: &Point, tau: &Voigt, c: &[[f64; 4]; 4], w: f64, system: &mut ElementSystem) {
-    // Columns C B_b for radial and axial displacement of every node.
-    let mut cb = [[[0.0; 4]; 2]; NODES];
-    for b in 0..NODES {
-        let ([gr, gz], h) = (point.gradient[b], point.hoop[b]);
-        for i in 0..4 {
-            cb[b][0][i] = w * (c[i][0] * gr + c[i][2] * h + c[i][3] * gz);
-            cb[b][1][i] = w * (c[i][1] * gz + c[i][3] * gr);
+/// Displacement unknowns of an element.
+const DISPLACEMENTS: usize = 2 * NODES;
+
+/// Linear forms of the element's displacements at a point; whole rows, so that the loops vectorise (1/m).
+struct Rows {
+    /// Strains rr, zz, tt and engineering shear rz.
+    strain: [[f64; DISPLACEMENTS]; 4],
+    /// `d u_r / dz` and `d u_z / dr`, the two parts of the shear.
+    shear: [[f64; DISPLACEMENTS]; 2],
+    /// Divergence.
+    divergence: [f64; DISPLACEMENTS],
+}
+
+impl Rows {
+    #[inline(always)]
+    fn of(point: &Point) -> Self {
+        let zero = [0.0; DISPLACEMENTS];
+        let (mut strain, mut shear, mut divergence) = ([zero; 4], [zero; 2], zero);
+        for a in 0..NODES {
+            let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+            let (r, z) = (2 * a, 2 * a + 1);
+            (strain[0][r], strain[1][z], strain[2][r]) = (gr, gz, h);
+            (strain[3][r], strain[3][z]) = (gz, gr);
+            (shear[0][r], shear[1][z]) = (gz, gr);
+            (divergence[r], divergence[z]) = (gr + h, gz);
+        }
+        Self { strain, shear, divergence }
+    }
+}
+
+/// `row += sum_k factors[k] forms[k]`.
+#[inline(always)]
+fn add_forms<const K: usize>(
+    row: &mut [f64; UNKNOWNS],
+    factors: [f64; K],
+    forms: [&[f64; DISPLACEMENTS]; K],
+) {
+    for j in 0..DISPLACEMENTS {
+        let mut sum = row[j];
+        for k in 0..K {
+            sum = factors[k].mul_add(forms[k][j], sum);
+        }
+        row[j] = sum;
+    }
+}
+
+#[inline(always)]
+fn momentum(point: &Point, rows: &Rows, tau: &Voigt, c: &[[f64; 4]; 4], w: f64, system: &mut ElementSystem) {
+    let Rows { strain: [rr, zz, tt, rz], shear: [r_by_z, z_by_r], .. } = rows;
+    let mut cb = [[0.0; DISPLACEMENTS]; 4];
+    for (cb, c) in cb.iter_mut().zip(c) {
+        for j in 0..DISPLACEMENTS {
+            let sum = c[0].mul_add(rr[j], c[1] * zz[j]);
+            cb[j] = w * c[2].mul_add(tt[j], c[3].mul_add(rz[j], sum));
         }
     }
     for a in 0..NODES {
@@ -162,62 +203,57 @@ fn momentum(point: &Point, tau: &Voigt, c: &[[f64; 4]; 4], w: f64, system: &mut 
         let hoop_stress = w * h * tau[2];
         system.residual[2 * a] += traction[0] + hoop_stress;
         system.residual[2 * a + 1] += traction[1];
-        for b in a..NODES {
-            let geometric = traction[0] * point.gradient[b][0] + traction[1] * point.gradient[b][1];
-            let [r, z] = &cb[b];
-            system.tangent[2 * a][2 * b] +=
-                gr * r[0] + h * r[2] + gz * r[3] + geometric + hoop_stress * point.hoop[b];
-            system.tangent[2 * a][2 * b + 1] += gr * z[0] + h * z[2] + gz * z[3];
-            system.tangent[2 * a + 1][2 * b] += gz * r[1] + gr * r[3];
-            system.tangent[2 * a + 1][2 * b + 1] += gz * z[1] + gr * z[3] + geometric;
-        }
+        add_forms(
+            &mut system.tangent[2 * a],
+            [gr, h, gz, traction[0], traction[1], hoop_stress],
+            [&cb[0], &cb[2], &cb[3], rr, r_by_z, tt],
+        );
+        add_forms(
+            &mut system.tangent[2 * a + 1],
+            [gz, gr, traction[0], traction[1]],
+            [&cb[1], &cb[3], z_by_r, zz],
+        );
     }
 }
 
 /// Isotropic stress `tau` with `stiffness` = J d tau / dJ, both times the volume.
-#[inline]
+#[inline(always)]
 fn volumetric(point: &Point, tau: f64, stiffness: f64, system: &mut ElementSystem) {
+    let rows = Rows::of(point);
+    let Rows { strain: [rr, zz, tt, _], shear: [r_by_z, z_by_r], divergence } = &rows;
     for a in 0..NODES {
-        let (ga, ha, div_a) = (point.gradient[a], point.hoop[a], divergence(point, a));
-        for i in 0..2 {
-            system.residual[2 * a + i] += tau * div_a[i];
-        }
-        for b in a..NODES {
-            let (gb, hb, div_b) = (point.gradient[b], point.hoop[b], divergence(point, b));
-            for i in 0..2 {
-                for j in 0..2 {
-                    system.tangent[2 * a + i][2 * b + j] +=
-                        stiffness * div_a[i] * div_b[j] - tau * ga[j] * gb[i];
-                }
-            }
-            system.tangent[2 * a][2 * b] -= tau * ha * hb;
-        }
+        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+        system.residual[2 * a] += tau * divergence[2 * a];
+        system.residual[2 * a + 1] += tau * divergence[2 * a + 1];
+        add_forms(
+            &mut system.tangent[2 * a],
+            [stiffness * divergence[2 * a], -tau * gr, -tau * gz, -tau * h],
+            [divergence, rr, z_by_r, tt],
+        );
+        add_forms(
+            &mut system.tangent[2 * a + 1],
+            [stiffness * divergence[2 * a + 1], -tau * gr, -tau * gz],
+            [divergence, r_by_z, zz],
+        );
     }
 }
 
-/// Divergence of a unit displacement, component `i` of node `a`.
-#[inline]
-fn divergence(point: &Point, a: usize) -> [f64; 2] {
-    [point.gradient[a][0] + point.hoop[a], point.gradient[a][1]]
-}
-
-#[inline]
-fn coupling(point: &Point, p: &[f64; CORNERS], wj: f64, system: &mut ElementSystem) {
-    for a in 0..NODES {
-        let div = divergence(point, a);
+#[inline(always)]
+fn coupling(rows: &Rows, p: &[f64; CORNERS], wj: f64, system: &mut ElementSystem) {
+    for (row, divergence) in system.tangent.iter_mut().zip(&rows.divergence) {
         for m in 0..CORNERS {
-            for i in 0..2 {
-                let entry = wj * div[i] * p[m];
-                system.tangent[2 * a + i][2 * NODES + m] -= entry;
-                system.tangent[2 * NODES + m][2 * a + i] += entry;
-            }
+            row[DISPLACEMENTS + m] -= wj * divergence * p[m];
         }
+    }
+    for m in 0..CORNERS {
+        add_forms(&mut system.tangent[DISPLACEMENTS + m], [wj * p[m]], [&rows.divergence]);
     }
 }
 
-#[inline]
+#[inline(always)]
 fn mass(
     point: &Point,
+    rows: &Rows,
     place: &PointGeometry,
     material: &PointMaterial,
     growth: f64,
@@ -227,22 +263,27 @@ fn mass(
     let (mobility, slope) = material.darcy.referential_mobility(point.jacobian);
     let (w, wk) = (place.measure, place.measure * dt * mobility);
     let w_slope = place.measure * dt * slope * point.jacobian;
+    let Rows { strain: [rr, zz, _, rz], divergence, .. } = rows;
     let g = point.grad_p;
     for m in 0..CORNERS {
         let gm = point.pressure_gradient[m];
         let along = gm[0] * g[0] + gm[1] * g[1];
-        let row = 2 * NODES + m;
+        let row = DISPLACEMENTS + m;
         system.residual[row] += w * place.p[m] * growth + wk * along;
-        for a in 0..NODES {
-            let (ga, div) = (point.gradient[a], divergence(point, a));
-            let (a_p, a_m) = (ga[0] * g[0] + ga[1] * g[1], ga[0] * gm[0] + ga[1] * gm[1]);
-            for i in 0..2 {
-                system.tangent[row][2 * a + i] += w_slope * along * div[i] - wk * (a_m * g[i] + gm[i] * a_p);
-            }
-        }
+        // Both gradients are pushed forward: their product changes by -grad q . (l + l^T) . grad p.
+        add_forms(
+            &mut system.tangent[row],
+            [
+                w_slope * along,
+                -2.0 * wk * gm[0] * g[0],
+                -wk * (gm[0] * g[1] + gm[1] * g[0]),
+                -2.0 * wk * gm[1] * g[1],
+            ],
+            [divergence, rr, rz, zz],
+        );
         for n in 0..CORNERS {
             let gn = point.pressure_gradient[n];
-            system.tangent[row][2 * NODES + n] += wk * (gm[0] * gn[0] + gm[1] * gn[1]);
+            system.tangent[row][DISPLACEMENTS + n] += wk * (gm[0] * gn[0] + gm[1] * gn[1]);
         }
     }
 }

@@ -4,7 +4,7 @@ use super::Body;
 use super::assembly::{Inadmissible, Stage};
 use super::kernel::Point;
 use super::shape::POINTS;
-use crate::material::sensitivity::SpatialGradient;
+use crate::material::sensitivity::{Flow, SpatialGradient};
 use crate::material::{MaterialParameter, Voigt};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,7 @@ impl HistorySensitivity {
 
 impl Body<'_> {
     /// Change of the residual at fixed unknowns, parameter by parameter, each as long as the unknowns.
+    /// `flows` keeps what [`Body::update_sensitivity`] needs, branch by branch at every point.
     ///
     /// # Errors
     /// The first element that cannot be evaluated.
@@ -35,9 +36,75 @@ impl Body<'_> {
         &self,
         stage: &Stage<'_>,
         old: &HistorySensitivity,
+        flows: &mut [Flow],
         loads: &mut [f64],
     ) -> Result<(), Inadmissible> {
-        let material = self.material;
+        pulp::Arch::new().dispatch(ResidualSensitivity { body: self, stage, old, flows, loads })
+    }
+
+    /// Change of the history over a converged stage with the unknowns `x`; `changes` are those of the
+    /// unknowns, parameter by parameter, `flows` those of [`Body::residual_sensitivity`].
+    ///
+    /// # Errors
+    /// The first element that cannot be evaluated.
+    #[allow(clippy::too_many_arguments)]
+    pub fn update_sensitivity(
+        &self,
+        x: &[f64],
+        reach: f64,
+        changes: &[f64],
+        old: &HistorySensitivity,
+        flows: &[Flow],
+        new: &mut HistorySensitivity,
+    ) -> Result<(), Inadmissible> {
+        pulp::Arch::new().dispatch(UpdateSensitivity { body: self, x, reach, changes, old, flows, new })
+    }
+
+    /// Change of the fluid force on the punch (N per unit), parameter by parameter.
+    ///
+    /// # Errors
+    /// The first element that cannot be evaluated.
+    pub fn fluid_force_sensitivity(
+        &self,
+        x: &[f64],
+        changes: &[f64],
+        fluid: &mut [f64],
+    ) -> Result<(), Inadmissible> {
+        fluid.fill(0.0);
+        for face in &self.geometry.face {
+            let failed = Inadmissible { element: face.element };
+            let point = Point::at(&face.geometry, &self.map.gather(face.element, x)).ok_or(failed)?;
+            // Nanson: the axial area is F_rr times the hoop stretch, and F_rr changes with all of the row l F.
+            let area = face.geometry.measure * point.f.plane[0][0] * point.f.hoop;
+            let turned = face.geometry.measure * point.f.plane[1][0] * point.f.hoop;
+            for (total, all) in fluid.iter_mut().zip(changes.chunks_exact(x.len())) {
+                let change = self.map.gather(face.element, all);
+                let l = spatial_gradient(&point, &change);
+                let pressure: f64 = (0..CORNERS).map(|m| face.geometry.p[m] * change[2 * NODES + m]).sum();
+                let area_change = area * (l.plane[0][0] + l.hoop) + turned * l.plane[0][1];
+                *total += pressure * area + point.pressure * area_change;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The loop of [`Body::residual_sensitivity`], compiled for the machine's vector instructions.
+struct ResidualSensitivity<'a> {
+    body: &'a Body<'a>,
+    stage: &'a Stage<'a>,
+    old: &'a HistorySensitivity,
+    flows: &'a mut [Flow],
+    loads: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for ResidualSensitivity<'_> {
+    type Output = Result<(), Inadmissible>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Self { body, stage, old, flows, loads } = self;
+        let material = body.material;
         let branches = material.branches();
         let count = MaterialParameter::count(branches);
         let unknowns = stage.x.len();
@@ -45,9 +112,9 @@ impl Body<'_> {
         let mut element_loads = vec![[0.0; UNKNOWNS]; count];
         let mut stress = vec![[0.0; 4]; count];
         let mut mobility = vec![0.0; count];
-        for (index, places) in self.geometry.elements.iter().enumerate() {
+        for (index, places) in body.geometry.elements.iter().enumerate() {
             let failed = Inadmissible { element: index };
-            let x_e = self.map.gather(index, stage.x);
+            let x_e = body.map.gather(index, stage.x);
             let history = stage.old.element(index, branches);
             element_loads.fill([0.0; UNKNOWNS]);
             for (k, place) in places.points.iter().enumerate() {
@@ -55,8 +122,11 @@ impl Body<'_> {
                 let at = (index * POINTS + k) * count;
                 let cv = &history.cv_inverse[k * branches..(k + 1) * branches];
                 let changes = &old.cv_inverse[at * branches..(at + count) * branches];
-                material.stress_sensitivity(&point.f, cv, changes, stage.dt, &mut stress).ok_or(failed)?;
-                mobility_sensitivity(self, point.jacobian, &mut mobility);
+                let flows = &mut flows[(index * POINTS + k) * branches..][..branches];
+                material
+                    .stress_sensitivity(&point.f, cv, changes, stage.dt, flows, &mut stress)
+                    .ok_or(failed)?;
+                mobility_sensitivity(body, point.jacobian, &mut mobility);
                 let w = place.measure;
                 let g = point.grad_p;
                 let along = point.pressure_gradient.map(|gm| gm[0] * g[0] + gm[1] * g[1]);
@@ -90,38 +160,42 @@ impl Body<'_> {
                 }
             }
             for (load, total) in element_loads.iter().zip(loads.chunks_exact_mut(unknowns)) {
-                for (value, &unknown) in load.iter().zip(&self.map.unknowns[index]) {
+                for (value, &unknown) in load.iter().zip(&body.map.unknowns[index]) {
                     total[unknown as usize] += value;
                 }
             }
         }
         Ok(())
     }
+}
 
-    /// Change of the history over a converged stage; `changes` are those of the unknowns, parameter by
-    /// parameter. The companion of [`Body::update`].
-    ///
-    /// # Errors
-    /// The first element that cannot be evaluated.
-    pub fn update_sensitivity(
-        &self,
-        stage: &Stage<'_>,
-        reach: f64,
-        changes: &[f64],
-        old: &HistorySensitivity,
-        new: &mut HistorySensitivity,
-    ) -> Result<(), Inadmissible> {
-        let material = self.material;
+/// The loop of [`Body::update_sensitivity`], compiled for the machine's vector instructions.
+struct UpdateSensitivity<'a> {
+    body: &'a Body<'a>,
+    x: &'a [f64],
+    reach: f64,
+    changes: &'a [f64],
+    old: &'a HistorySensitivity,
+    flows: &'a [Flow],
+    new: &'a mut HistorySensitivity,
+}
+
+impl pulp::NullaryFnOnce for UpdateSensitivity<'_> {
+    type Output = Result<(), Inadmissible>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Self { body, x, reach, changes, old, flows, new } = self;
+        let material = body.material;
         let branches = material.branches();
         let count = MaterialParameter::count(branches);
         let mut element_changes = vec![[0.0; UNKNOWNS]; count];
         let mut gradients = vec![SpatialGradient::default(); count];
-        for (index, places) in self.geometry.elements.iter().enumerate() {
+        for (index, places) in body.geometry.elements.iter().enumerate() {
             let failed = Inadmissible { element: index };
-            let x_e = self.map.gather(index, stage.x);
-            let history = stage.old.element(index, branches);
-            for (change, all) in element_changes.iter_mut().zip(changes.chunks_exact(stage.x.len())) {
-                *change = self.map.gather(index, all);
+            let x_e = body.map.gather(index, x);
+            for (change, all) in element_changes.iter_mut().zip(changes.chunks_exact(x.len())) {
+                *change = body.map.gather(index, all);
             }
             for (k, place) in places.points.iter().enumerate() {
                 let point = Point::at(place, &x_e).ok_or(failed)?;
@@ -130,12 +204,10 @@ impl Body<'_> {
                     *l = spatial_gradient(&point, change);
                 }
                 let range = at * branches..(at + count) * branches;
-                let cv = &history.cv_inverse[k * branches..(k + 1) * branches];
+                let flows = &flows[(index * POINTS + k) * branches..][..branches];
                 let updated = &mut new.cv_inverse[range.clone()];
                 let cv_changes = &old.cv_inverse[range];
-                material
-                    .history_sensitivity(&point.f, cv, cv_changes, &gradients, stage.dt, reach, updated)
-                    .ok_or(failed)?;
+                material.history_sensitivity(&point.f, flows, cv_changes, &gradients, reach, updated);
                 for (parameter, l) in gradients.iter().enumerate() {
                     let before = old.jacobian[at + parameter];
                     new.jacobian[at + parameter] = before + reach * (point.jacobian * l.trace() - before);
@@ -144,37 +216,9 @@ impl Body<'_> {
         }
         Ok(())
     }
-
-    /// Change of the fluid force on the punch (N per unit), parameter by parameter.
-    ///
-    /// # Errors
-    /// The first element that cannot be evaluated.
-    pub fn fluid_force_sensitivity(
-        &self,
-        x: &[f64],
-        changes: &[f64],
-        fluid: &mut [f64],
-    ) -> Result<(), Inadmissible> {
-        fluid.fill(0.0);
-        for face in &self.geometry.face {
-            let failed = Inadmissible { element: face.element };
-            let point = Point::at(&face.geometry, &self.map.gather(face.element, x)).ok_or(failed)?;
-            // Nanson: the axial area is F_rr times the hoop stretch, and F_rr changes with all of the row l F.
-            let area = face.geometry.measure * point.f.plane[0][0] * point.f.hoop;
-            let turned = face.geometry.measure * point.f.plane[1][0] * point.f.hoop;
-            for (total, all) in fluid.iter_mut().zip(changes.chunks_exact(x.len())) {
-                let change = self.map.gather(face.element, all);
-                let l = spatial_gradient(&point, &change);
-                let pressure: f64 = (0..CORNERS).map(|m| face.geometry.p[m] * change[2 * NODES + m]).sum();
-                let area_change = area * (l.plane[0][0] + l.hoop) + turned * l.plane[0][1];
-                *total += pressure * area + point.pressure * area_change;
-            }
-        }
-        Ok(())
-    }
 }
 
-#[inline]
+#[inline(always)]
 fn spatial_gradient(point: &Point, change: &[f64; UNKNOWNS]) -> SpatialGradient {
     let mut l = SpatialGradient::default();
     for a in 0..NODES {
@@ -188,6 +232,7 @@ fn spatial_gradient(point: &Point, change: &[f64; UNKNOWNS]) -> SpatialGradient 
     l
 }
 
+#[inline(always)]
 fn mobility_sensitivity(body: &Body<'_>, jacobian: f64, by: &mut [f64]) {
     use MaterialParameter::{FluidViscosity, Permeability, SolidFraction};
     let values = body.material.darcy.sensitivity(jacobian);

@@ -6,3 +6,4 @@ pub mod motion;
 pub mod sample;
 pub mod sensitivity;
 pub mod step;
+pub mod trend;

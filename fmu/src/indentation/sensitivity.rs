@@ -50,7 +50,7 @@ impl Stepper {
         let (body, unknowns) = (self.sample.body(&self.material), x.len());
         let stage = Stage { x, old: &self.stage_history, dt };
         let loads = &mut new.x;
-        body.residual_sensitivity(&stage, &self.stage_sensitivity, loads)?;
+        body.residual_sensitivity(&stage, &self.stage_sensitivity, &mut self.flows, loads)?;
         for (load, force) in loads.chunks_exact(unknowns).zip(&mut new.forces) {
             force.force = -self.conditions.punch.iter().map(|&u| load[u]).sum::<f64>();
         }
@@ -76,6 +76,7 @@ impl Stepper {
         }
         body.fluid_force_sensitivity(x, loads, &mut fluid)?;
         new.forces.iter_mut().zip(fluid).for_each(|(force, fluid)| force.fluid = fluid);
-        Ok(body.update_sensitivity(&stage, reach, loads, &self.stage_sensitivity, &mut new.history)?)
+        let (old, flows) = (&self.stage_sensitivity, &self.flows);
+        Ok(body.update_sensitivity(x, reach, loads, old, flows, &mut new.history)?)
     }
 }

@@ -3,10 +3,13 @@
 use super::boundary::{Condition, Conditions};
 use super::sample::Sample;
 use super::sensitivity::Sensitivity;
+use super::trend::Trend;
 use crate::element::field::Integrals;
 use crate::element::sensitivity::HistorySensitivity;
+use crate::element::shape::POINTS;
 use crate::element::{Body, History, Inadmissible, Stage};
 use crate::material::PointMaterial;
+use crate::material::sensitivity::Flow;
 use crate::outputs::{Outputs, Statistics};
 use crate::parameters::{Parameters, TimeScheme};
 use crate::solver::linear::LinearSolver;
@@ -22,8 +25,8 @@ pub struct State {
     pub time: f64,
     /// Unknowns: displacements (m) and pressures (Pa).
     pub x: Vec<f64>,
-    /// Rate of the unknowns over the step that led here; zero after a change of velocity.
-    pub rate: Vec<f64>,
+    /// Their motion over the last stages.
+    pub trend: Trend,
     /// History at the integration points.
     pub history: History,
     /// Results.
@@ -48,6 +51,7 @@ pub struct Stepper {
     pub(super) stage_history: History,
     /// Change of `stage_history` with the parameters; empty when no sensitivities are asked for.
     pub(super) stage_sensitivity: HistorySensitivity,
+    pub(super) flows: Vec<Flow>,
     sensitivities: bool,
     raw_residual: Vec<f64>,
     /// Sum of the tangent's rows under the punch (N per unit of the unknowns).
@@ -68,7 +72,8 @@ impl Stepper {
             .into_iter()
             .map(|pressure| if pressure { stress_scale } else { length_scale })
             .collect();
-        let unknowns = sample.mesh.unknowns();
+        let (unknowns, points) = (sample.mesh.unknowns(), sample.mesh.elements.len() * POINTS);
+        let sensitivities = parameters.solver.sensitivities;
         Self {
             material: PointMaterial::new(m),
             conditions: Conditions::new(&sample.mesh, &parameters.boundary),
@@ -81,7 +86,8 @@ impl Stepper {
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
             stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len()),
             stage_sensitivity: HistorySensitivity::default(),
-            sensitivities: parameters.solver.sensitivities,
+            flows: if sensitivities { vec![Flow::default(); points * m.branches.len()] } else { Vec::new() },
+            sensitivities,
             raw_residual: vec![0.0; unknowns],
             reaction_row: vec![0.0; unknowns],
             residual_norms: Vec::new(),
@@ -96,7 +102,7 @@ impl Stepper {
         State {
             time,
             x: vec![0.0; unknowns],
-            rate: vec![0.0; unknowns],
+            trend: Trend::at_rest(unknowns),
             history: History::undeformed(elements, branches),
             outputs: Outputs::default(),
             sensitivity: self.sensitivities.then(|| Sensitivity::undeformed(unknowns, elements, branches)),
@@ -121,7 +127,7 @@ impl Stepper {
     /// Whether a state has this stepper's numbers of unknowns and history tensors.
     pub fn fits(&self, state: &State) -> bool {
         state.x.len() == self.column_scale.len()
-            && state.rate.len() == state.x.len()
+            && state.trend.unknowns() == state.x.len()
             && state.history.jacobian.len() == self.stage_history.jacobian.len()
             && state.history.cv_inverse.len() == self.stage_history.cv_inverse.len()
             && state.sensitivity.is_some() == self.sensitivities
@@ -147,25 +153,20 @@ impl Stepper {
         }
         let stages = stages(self.scheme);
         for (index, stage) in stages.iter().enumerate() {
-            // The first stage continues the last step, later ones the stages before them.
-            let (rate, ahead) = match index.checked_sub(1).map(|k| stages[k].time) {
-                None => (old.rate.clone(), stage.time * dt),
-                Some(reached) => (
-                    new.x.iter().zip(&old.x).map(|(a, b)| (a - b) / (reached * dt)).collect(),
-                    (stage.time - reached) * dt,
-                ),
-            };
+            let reached = index.checked_sub(1).map_or(0.0, |k| stages[k].time);
+            let ahead = (stage.time - reached) * dt;
             let length = stage.fraction * dt;
             let indentation = start + velocity * stage.time * dt;
             let from = new.x.clone();
-            new.x.iter_mut().zip(&rate).for_each(|(x, r)| *x += r * ahead);
+            new.trend.extrapolate(&mut new.x, ahead);
             let mut solved = self.solve(&mut new.x, length, indentation, statistics);
             if solved.is_err() && new.x != from {
                 // The extrapolation may have been the reason.
-                new.x = from;
+                new.x.clone_from(&from);
                 solved = self.solve(&mut new.x, length, indentation, statistics);
             }
             solved?;
+            new.trend.note(&from, &new.x, ahead);
             let last = index + 1 == stages.len();
             let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
             if last {
@@ -194,9 +195,6 @@ impl Stepper {
         std::mem::swap(&mut self.stage_history, &mut new.history);
         if let Some(sensitivity) = &mut new.sensitivity {
             std::mem::swap(&mut self.stage_sensitivity, &mut sensitivity.history);
-        }
-        for ((r, a), b) in new.rate.iter_mut().zip(&new.x).zip(&old.x) {
-            *r = (a - b) / dt;
         }
         Ok(new)
     }

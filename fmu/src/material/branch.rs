@@ -8,6 +8,12 @@ use super::ogden::Ogden;
 use crate::parameters::BranchParameters;
 
 const MAX_ITERATIONS: usize = 100;
+/// Residuals of the strain below this are rounding.
+const ROUNDING: f64 = 1e-14;
+/// A residual from which one more iteration leads to rounding.
+const LAST: f64 = 3e-8;
+/// The line search gives up here: the function is convex, so only numbers out of range lead here.
+const MIN_STEP: f64 = 1e-4;
 
 /// One spring and dashpot in series.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +24,7 @@ pub struct Branch {
 }
 
 /// Result of one update.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Relaxed {
     /// Deviatoric elastic logarithmic strains.
     pub strain: [f64; 3],
@@ -27,7 +33,7 @@ pub struct Relaxed {
 }
 
 /// How the result of an update changes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct BranchSensitivity {
     /// `d eps / d eps_trial` on deviatoric strains [-].
     pub strain_slope: [[f64; 3]; 3],
@@ -44,7 +50,7 @@ impl Branch {
     }
 
     /// `dt / (2 eta)` (1/Pa).
-    #[inline]
+    #[inline(always)]
     pub fn fluidity(&self, dt: f64) -> f64 {
         0.5 * dt / self.eta
     }
@@ -53,22 +59,29 @@ impl Branch {
     ///
     /// # Errors
     /// `None` when the strain is too large for the exponentials or the iteration stalls.
+    #[inline(always)]
     pub fn relax(&self, trial: &[f64; 3], dt: f64) -> Option<Relaxed> {
         let k = self.fluidity(dt);
-        let mut e = *trial;
+        // Exact at small strain.
+        let share = 1.0 / (1.0 + k * self.spring.small_strain_stiffness());
+        let mut e = trial.map(|t| share * t);
         let mut q = self.spring.powers(&e);
         let mut r = self.residual(&e, &q, trial, k);
         let mut norm = norm(&r);
-        let scale = 1e-14 * (1.0 + trial.iter().fold(0.0_f64, |m, t| m.max(t.abs())));
+        let size = 1.0 + trial.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
         for _ in 0..MAX_ITERATIONS {
             if !norm.is_finite() {
                 return None;
             }
-            if norm <= scale {
-                break;
+            if norm <= ROUNDING * size {
+                return Some(Relaxed { strain: e, powers: q });
             }
             let inverse = relaxation(&self.spring.stiffness(&q), k);
             let de = apply(&inverse, &r);
+            if norm <= LAST * size {
+                // Newton's method squares this error; the exponentials' series are as good as new ones.
+                return Some(self.moved(&e, &q, &de));
+            }
             let mut step = 1.0;
             loop {
                 let next = [e[0] - step * de[0], e[1] - step * de[1], e[2] - step * de[2]];
@@ -80,17 +93,24 @@ impl Branch {
                     break;
                 }
                 step *= 0.5;
-                if step < 1e-4 {
-                    // Rounding floor: a residual this small is as good as it gets.
-                    return (norm < 1e-10 * (1.0 + scale * 1e14)).then_some(Relaxed { strain: e, powers: q });
+                if step < MIN_STEP {
+                    return None;
                 }
             }
         }
-        Some(Relaxed { strain: e, powers: q })
+        None
+    }
+
+    /// The strain `e - de` for a small `de`.
+    #[inline(always)]
+    fn moved(&self, e: &[f64; 3], q: &[f64; 3], de: &[f64; 3]) -> Relaxed {
+        let strain = std::array::from_fn(|a| e[a] - de[a]);
+        let powers = std::array::from_fn(|a| q[a] * self.spring.power_of_small(-de[a]));
+        Relaxed { strain, powers }
     }
 
     /// Algorithmic tangent `d beta / d eps_trial` (Pa), symmetric.
-    #[inline]
+    #[inline(always)]
     pub fn tangent(&self, q: &[f64; 3], dt: f64) -> [[f64; 3]; 3] {
         let tangent = self.spring.tangent(q);
         let inverse = relaxation(&self.spring.stiffness(q), self.fluidity(dt));
@@ -109,7 +129,7 @@ impl Branch {
     }
 
     /// Derivatives of an update by the trial strain and by the branch's parameters.
-    #[inline]
+    #[inline(always)]
     pub fn sensitivity(&self, relaxed: &Relaxed, dt: f64) -> BranchSensitivity {
         let Relaxed { strain, powers } = relaxed;
         let k = self.fluidity(dt);
@@ -127,12 +147,12 @@ impl Branch {
     }
 
     /// Dissipation rate `sum beta^2 / (2 eta)` (W/m^3) (Eq. 13).
-    #[inline]
+    #[inline(always)]
     pub fn dissipation(&self, beta: &[f64; 3]) -> f64 {
         beta.iter().map(|b| b * b).sum::<f64>() / (2.0 * self.eta)
     }
 
-    #[inline]
+    #[inline(always)]
     fn residual(&self, e: &[f64; 3], q: &[f64; 3], trial: &[f64; 3], k: f64) -> [f64; 3] {
         let beta = self.spring.stress(q);
         std::array::from_fn(|i| e[i] - trial[i] + k * beta[i])
@@ -140,7 +160,7 @@ impl Branch {
 }
 
 /// `(I + k P diag(a))^-1` by the Sherman–Morrison formula.
-#[inline]
+#[inline(always)]
 pub fn relaxation(a: &[f64; 3], k: f64) -> [[f64; 3]; 3] {
     let d = a.map(|a_i| 1.0 / (1.0 + k * a_i));
     let w: [f64; 3] = std::array::from_fn(|i| a[i] * d[i]);
@@ -155,12 +175,12 @@ pub fn relaxation(a: &[f64; 3], k: f64) -> [[f64; 3]; 3] {
     m
 }
 
-#[inline]
+#[inline(always)]
 fn apply(m: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2])
 }
 
-#[inline]
+#[inline(always)]
 fn norm(v: &[f64; 3]) -> f64 {
     (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
 }
@@ -180,10 +200,12 @@ mod tests {
             for dt in [1e-6, 1e-2, 1.0, 1e4] {
                 let b = branch();
                 let relaxed = b.relax(&trial, dt).unwrap();
-                let beta = b.spring.stress(&relaxed.powers);
+                let beta = b.spring.stress(&b.spring.powers(&relaxed.strain));
                 for a in 0..3 {
                     let residual = relaxed.strain[a] - trial[a] + dt / (2.0 * 50.6) * beta[a];
-                    assert!(residual.abs() < 1e-10, "{trial:?} {dt}: {residual}");
+                    assert!(residual.abs() < 1e-12 * (1.0 + dt), "{trial:?} {dt}: {residual}");
+                    let power = b.spring.powers(&relaxed.strain)[a];
+                    approx::assert_relative_eq!(relaxed.powers[a], power, max_relative = 1e-14);
                 }
             }
         }

@@ -17,14 +17,14 @@ impl Darcy {
     /// `J k(J)` (m^4/(N s)), k the current mobility, and its derivative with respect to J.
     ///
     /// `J` is there because the flux is integrated over the reference volume.
-    #[inline]
+    #[inline(always)]
     pub fn referential_mobility(&self, j: f64) -> (f64, f64) {
         let c = self.permeability / self.fluid_viscosity / (1.0 - self.n0s);
         (c * j * (j - self.n0s), c * (2.0 * j - self.n0s))
     }
 
     /// Derivatives of the referential mobility by K0, mu_FR and n0S.
-    #[inline]
+    #[inline(always)]
     pub fn sensitivity(&self, j: f64) -> [f64; 3] {
         let (mobility, _) = self.referential_mobility(j);
         let open = 1.0 - self.n0s;

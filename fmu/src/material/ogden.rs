@@ -16,40 +16,53 @@ impl Ogden {
     }
 
     /// Powers of the isochoric principal stretches, `q_a = ltilde_a^alpha`.
-    #[inline]
+    #[inline(always)]
     pub fn powers(&self, e: &[f64; 3]) -> [f64; 3] {
         e.map(|e_a| (self.alpha * e_a).exp())
     }
 
+    /// `exp(alpha de)` for `|alpha de|` below 1e-5, to rounding.
+    #[inline(always)]
+    pub fn power_of_small(&self, de: f64) -> f64 {
+        let x = self.alpha * de;
+        1.0 + x * (1.0 + 0.5 * x)
+    }
+
     /// Principal Kirchhoff stresses `beta` (Pa) from the powers.
-    #[inline]
+    #[inline(always)]
     pub fn stress(&self, q: &[f64; 3]) -> [f64; 3] {
         let mean = (q[0] + q[1] + q[2]) / 3.0;
         q.map(|q_a| self.mu * (q_a - mean))
     }
 
     /// Derivatives of `beta` at fixed strain by mu [-] and alpha (Pa).
-    #[inline]
+    #[inline(always)]
     pub fn sensitivity(&self, e: &[f64; 3], q: &[f64; 3]) -> [[f64; 3]; 2] {
         let slope: [f64; 3] = std::array::from_fn(|a| e[a] * q[a]);
         let (mean_q, mean_slope) = ((q[0] + q[1] + q[2]) / 3.0, (slope[0] + slope[1] + slope[2]) / 3.0);
         [q.map(|q_a| q_a - mean_q), slope.map(|s| self.mu * (s - mean_slope))]
     }
 
+    /// `d beta / d eps` at zero strain on deviators, `mu alpha` (Pa).
+    #[inline(always)]
+    pub fn small_strain_stiffness(&self) -> f64 {
+        self.mu * self.alpha
+    }
+
     /// Diagonal `a = mu alpha q` (Pa); the tangent is `d beta / d eps = P diag(a) P`, P the deviator.
-    #[inline]
+    #[inline(always)]
     pub fn stiffness(&self, q: &[f64; 3]) -> [f64; 3] {
         q.map(|q_a| self.mu * self.alpha * q_a)
     }
 
     /// Stored energy `mu / alpha (sum q - 3)` (J/m^3).
-    #[inline]
+    #[inline(always)]
     pub fn energy(&self, q: &[f64; 3]) -> f64 {
         self.mu / self.alpha * (q[0] + q[1] + q[2] - 3.0)
     }
 
     /// Tangent `P diag(a) P` (Pa).
-    #[inline]
+    #[inline(always)]
     pub fn tangent(&self, q: &[f64; 3]) -> [[f64; 3]; 3] {
         let a = self.stiffness(q);
         let mean = (a[0] + a[1] + a[2]) / 9.0;

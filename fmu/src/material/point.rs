@@ -19,26 +19,26 @@ pub struct DeformationGradient {
 
 impl DeformationGradient {
     /// J = det F.
-    #[inline]
+    #[inline(always)]
     pub fn determinant(&self) -> f64 {
         self.plane_determinant() * self.hoop
     }
 
-    #[inline]
+    #[inline(always)]
     fn plane_determinant(&self) -> f64 {
         let f = &self.plane;
         f[0][0] * f[1][1] - f[0][1] * f[1][0]
     }
 
     /// `F^-1`.
-    #[inline]
+    #[inline(always)]
     pub fn inverse(&self) -> Self {
         let (f, d) = (&self.plane, 1.0 / self.plane_determinant());
         Self { plane: [[f[1][1] * d, -f[0][1] * d], [-f[1][0] * d, f[0][0] * d]], hoop: 1.0 / self.hoop }
     }
 
     /// `F a F^T` for symmetric `a`.
-    #[inline]
+    #[inline(always)]
     pub fn push(&self, a: &Voigt) -> Voigt {
         let f = &self.plane;
         let row = |i: usize| [f[i][0] * a[0] + f[i][1] * a[3], f[i][0] * a[3] + f[i][1] * a[1]];
@@ -108,7 +108,7 @@ impl PointMaterial {
     }
 
     /// Whether the point can be evaluated: pores open, not turned inside out.
-    #[inline]
+    #[inline(always)]
     pub fn admissible(&self, f: &DeformationGradient) -> bool {
         f.hoop > 0.0 && f.plane_determinant() > 0.0 && f.determinant() > self.n0s
     }
@@ -117,6 +117,7 @@ impl PointMaterial {
     ///
     /// `history` holds `Cv^-1` of every branch at the start of the step. `None` when the
     /// deformation is inadmissible.
+    #[inline(always)]
     pub fn elasticity(&self, f: &DeformationGradient, history: &[Voigt], dt: f64) -> Option<Elasticity> {
         if !self.admissible(f) {
             return None;
@@ -140,7 +141,7 @@ impl PointMaterial {
     }
 
     /// Volumetric Kirchhoff stress and `J d tau / dJ` (Pa) (Eq. 10); `None` at compaction.
-    #[inline]
+    #[inline(always)]
     pub fn volumetric_stress(&self, j: f64) -> Option<(f64, f64)> {
         (j > self.n0s).then(|| self.volumetric.stress(j))
     }
@@ -177,7 +178,7 @@ impl PointMaterial {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn add(into: &mut Voigt, v: &Voigt) {
     for (a, b) in into.iter_mut().zip(v) {
         *a += b;

@@ -4,7 +4,7 @@
 //! functions of the trial tensors `b = F Cv^-1 F^T`, which change with the deformation and with the
 //! history's own change.
 
-use super::branch::Branch;
+use super::branch::{Branch, BranchSensitivity, Relaxed};
 use super::ogden::Ogden;
 use super::parameter::{MaterialParameter, Spring};
 use super::point::{DeformationGradient, PointMaterial};
@@ -22,13 +22,13 @@ pub struct SpatialGradient {
 
 impl SpatialGradient {
     /// Relative change of the volume.
-    #[inline]
+    #[inline(always)]
     pub fn trace(&self) -> f64 {
         self.plane[0][0] + self.plane[1][1] + self.hoop
     }
 
     /// `l a + a l^T` for symmetric `a`.
-    #[inline]
+    #[inline(always)]
     fn convect(&self, a: &Voigt) -> Voigt {
         let l = &self.plane;
         [
@@ -40,30 +40,46 @@ impl SpatialGradient {
     }
 }
 
-/// One branch at a converged point.
-struct Trial<'a> {
-    branch: &'a Branch,
-    /// First of the branch's parameters; alpha and eta follow.
-    first: usize,
+/// One branch at a converged point: what both derivatives need of its update.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Flow {
     frame: Spectral,
+    /// Deviatoric logarithmic trial strains.
+    trial: [f64; 3],
+    relaxed: Relaxed,
+    sensitivity: BranchSensitivity,
+}
+
+impl Flow {
+    #[inline(always)]
+    fn of(branch: &Branch, f: &DeformationGradient, cv_inverse: &Voigt, dt: f64) -> Option<Self> {
+        let frame = Spectral::of(&f.push(cv_inverse))?;
+        let trial = deviator(&frame.log_strains());
+        let relaxed = branch.relax(&trial, dt)?;
+        Some(Self { frame, trial, relaxed, sensitivity: branch.sensitivity(&relaxed, dt) })
+    }
+}
+
+/// First of a branch's parameters; alpha and eta follow.
+#[inline(always)]
+const fn first_of(branch: usize) -> usize {
+    MaterialParameter::Mu(Spring::Branch(branch)).index()
 }
 
 impl PointMaterial {
-    fn trial(&self, index: usize, f: &DeformationGradient, cv_inverse: &Voigt) -> Option<Trial<'_>> {
-        let first = MaterialParameter::Mu(Spring::Branch(index)).index();
-        Some(Trial { branch: &self.branch_laws()[index], first, frame: Spectral::of(&f.push(cv_inverse))? })
-    }
-
     /// Change of the isochoric Kirchhoff stress at fixed deformation, by every parameter.
     ///
     /// `changes` are those of the history at the step's start, parameter by parameter and branch by branch;
-    /// `stress` takes one tensor per parameter (Pa per unit of the parameter). `None` as in `elasticity`.
+    /// `stress` takes one tensor per parameter (Pa per unit of the parameter) and `flows` what
+    /// [`Self::history_sensitivity`] needs of each branch. `None` as in `elasticity`.
+    #[inline(always)]
     pub fn stress_sensitivity(
         &self,
         f: &DeformationGradient,
         history: &[Voigt],
         changes: &[Voigt],
         dt: f64,
+        flows: &mut [Flow],
         stress: &mut [Voigt],
     ) -> Option<()> {
         stress.fill([0.0; 4]);
@@ -75,16 +91,16 @@ impl PointMaterial {
             stress[first + k] = frame.compose(explicit);
         }
         let branches = history.len();
-        for (index, cv_inverse) in history.iter().enumerate() {
-            let Trial { branch, first, frame } = self.trial(index, f, cv_inverse)?;
-            let relaxed = branch.relax(&deviator(&frame.log_strains()), dt)?;
-            let beta = branch.spring.stress(&relaxed.powers);
-            let tangent = branch.tangent(&relaxed.powers, dt);
-            let explicit = branch.sensitivity(&relaxed, dt).stress;
+        for (index, (cv_inverse, flow)) in history.iter().zip(flows).enumerate() {
+            let branch = &self.branch_laws()[index];
+            *flow = Flow::of(branch, f, cv_inverse, dt)?;
+            let powers = &flow.relaxed.powers;
+            let (beta, tangent) = (branch.spring.stress(powers), branch.tangent(powers, dt));
             for (parameter, tau) in stress.iter_mut().enumerate() {
-                let own = explicit.get(parameter.wrapping_sub(first)).unwrap_or(&[0.0; 3]);
+                let own = parameter.wrapping_sub(first_of(index));
+                let explicit = flow.sensitivity.stress.get(own).unwrap_or(&[0.0; 3]);
                 let change = f.push(&changes[parameter * branches + index]);
-                let branch_stress = frame.differentiate(&beta, &tangent, own, &change);
+                let branch_stress = flow.frame.differentiate(&beta, &tangent, explicit, &change);
                 (0..4).for_each(|i| tau[i] += branch_stress[i]);
             }
         }
@@ -94,25 +110,20 @@ impl PointMaterial {
     /// Change of the history over a converged step, by every parameter; the companion of `update`.
     ///
     /// `gradients` are those of the displacement's changes, one per parameter; `changes` and `updated` are
-    /// the history's, as in [`Self::stress_sensitivity`].
-    #[allow(clippy::too_many_arguments)]
+    /// the history's, and `flows` the branches, as in [`Self::stress_sensitivity`].
+    #[inline(always)]
     pub fn history_sensitivity(
         &self,
         f: &DeformationGradient,
-        history: &[Voigt],
+        flows: &[Flow],
         changes: &[Voigt],
         gradients: &[SpatialGradient],
-        dt: f64,
         reach: f64,
         updated: &mut [Voigt],
-    ) -> Option<()> {
-        let branches = history.len();
+    ) {
+        let branches = flows.len();
         let f_inverse = f.inverse();
-        for (index, cv_inverse) in history.iter().enumerate() {
-            let Trial { branch, first, frame } = self.trial(index, f, cv_inverse)?;
-            let trial = deviator(&frame.log_strains());
-            let relaxed = branch.relax(&trial, dt)?;
-            let sensitivity = branch.sensitivity(&relaxed, dt);
+        for (index, Flow { frame, trial, relaxed, sensitivity }) in flows.iter().enumerate() {
             // v_a = b_a exp(2 reach (eps_a - eps_trial_a)).
             let squares: [f64; 3] = std::array::from_fn(|a| {
                 frame.squares[a] * (2.0 * reach * (relaxed.strain[a] - trial[a])).exp()
@@ -129,10 +140,10 @@ impl PointMaterial {
             let explicit = sensitivity
                 .strain
                 .map(|strain| std::array::from_fn(|a| 2.0 * reach * squares[a] * strain[a]));
-            let b_trial = f.push(cv_inverse);
+            let b_trial = frame.compose(&frame.squares);
             let relaxed_tensor = frame.compose(&squares);
             for (parameter, l) in gradients.iter().enumerate() {
-                let own = explicit.get(parameter.wrapping_sub(first)).unwrap_or(&[0.0; 3]);
+                let own = explicit.get(parameter.wrapping_sub(first_of(index))).unwrap_or(&[0.0; 3]);
                 let mut change = f.push(&changes[parameter * branches + index]);
                 let convected = l.convect(&b_trial);
                 (0..4).for_each(|i| change[i] += convected[i]);
@@ -142,7 +153,6 @@ impl PointMaterial {
                 updated[parameter * branches + index] = f_inverse.push(&tensor);
             }
         }
-        Some(())
     }
 }
 
@@ -212,7 +222,8 @@ mod tests {
             gradients[parameter.index()] = l;
 
             let mut stress = vec![[0.0; 4]; count];
-            material.stress_sensitivity(&F, &HISTORY, &changes, DT, &mut stress).unwrap();
+            let mut flows = [Flow::default(); 2];
+            material.stress_sensitivity(&F, &HISTORY, &changes, DT, &mut flows, &mut stress).unwrap();
             let at = |s: f64| {
                 let (material, f, history) = moved(parameter, s, &still, &own);
                 material.elasticity(&f, &history, DT).unwrap().kirchhoff_stress
@@ -220,9 +231,7 @@ mod tests {
             compare(&stress[parameter.index()], &at(h), &at(-h), h);
 
             let mut updated = vec![[0.0; 4]; 2 * count];
-            material
-                .history_sensitivity(&F, &HISTORY, &changes, &gradients, DT, REACH, &mut updated)
-                .unwrap();
+            material.history_sensitivity(&F, &flows, &changes, &gradients, REACH, &mut updated);
             let at = |s: f64| {
                 let (material, f, history) = moved(parameter, s, &l, &own);
                 let mut updated = [[0.0; 4]; 2];

@@ -6,7 +6,7 @@ use super::{Voigt, Voigt2};
 const DEGENERATE: f64 = 1e-7;
 
 /// Principal frame of a left Cauchy–Green tensor.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Spectral {
     /// Squared principal stretches.
     pub squares: [f64; 3],
@@ -18,10 +18,11 @@ pub struct Spectral {
 
 impl Spectral {
     /// Decomposes `b = [rr, zz, tt, rz]`; `None` unless it is positive definite.
-    #[inline]
+    #[inline(always)]
     pub fn of(b: &Voigt) -> Option<Self> {
         let (mean, half) = (0.5 * (b[0] + b[1]), 0.5 * (b[0] - b[1]));
-        let radius = half.hypot(b[3]);
+        // Components are of order one: `hypot` would guard against an overflow that cannot happen.
+        let radius = (half * half + b[3] * b[3]).sqrt();
         let (cos2, sin2) =
             if radius > f64::MIN_POSITIVE { (half / radius, b[3] / radius) } else { (1.0, 0.0) };
         let (c2, s2, cs) = (0.5 * (1.0 + cos2), 0.5 * (1.0 - cos2), 0.5 * sin2);
@@ -39,13 +40,13 @@ impl Spectral {
     }
 
     /// Principal logarithmic strains.
-    #[inline]
+    #[inline(always)]
     pub fn log_strains(&self) -> [f64; 3] {
         self.squares.map(|s| 0.5 * s.ln())
     }
 
     /// Tensor with principal values `v`.
-    #[inline]
+    #[inline(always)]
     pub fn compose(&self, v: &[f64; 3]) -> Voigt {
         std::array::from_fn(|i| (0..3).map(|a| v[a] * self.dyads[a][i]).sum())
     }
@@ -54,7 +55,7 @@ impl Spectral {
     ///
     /// `slope[a][b]` is the derivative of `v_a` by the logarithmic strain b, `explicit` the change of `v` at
     /// fixed strain.
-    #[inline]
+    #[inline(always)]
     pub fn differentiate(
         &self,
         v: &[f64; 3],
@@ -84,7 +85,7 @@ impl Spectral {
 
     /// Adds the spatial tangent (Oldroyd rate of `tau`) of an isotropic law with principal Kirchhoff
     /// stresses `tau` and their derivative `dtau` with respect to the logarithmic strains.
-    #[inline]
+    #[inline(always)]
     pub fn add_tangent(&self, tau: &[f64; 3], dtau: &[[f64; 3]; 3], into: &mut Voigt2) {
         let mut a = *dtau;
         for i in 0..3 {
@@ -109,7 +110,7 @@ impl Spectral {
 }
 
 /// Deviator of three principal values.
-#[inline]
+#[inline(always)]
 pub fn deviator(v: &[f64; 3]) -> [f64; 3] {
     let mean = (v[0] + v[1] + v[2]) / 3.0;
     v.map(|x| x - mean)

@@ -14,7 +14,7 @@ impl Volumetric {
     }
 
     /// Kirchhoff stress (Pa) on the diagonal and `J d tau / dJ` (Pa).
-    #[inline]
+    #[inline(always)]
     pub fn stress(&self, j: f64) -> (f64, f64) {
         let (s, n) = (1.0 - self.n0s, self.n0s);
         let c = self.lambda_star * s * s;
@@ -23,7 +23,7 @@ impl Volumetric {
     }
 
     /// Derivatives of the Kirchhoff stress by lambda* [-] and by n0S (Pa).
-    #[inline]
+    #[inline(always)]
     pub fn sensitivity(&self, j: f64) -> [f64; 2] {
         let (s, pore) = (1.0 - self.n0s, j - self.n0s);
         let by_n0s = self.lambda_star * (2.0 * s * j / pore - j - s * s * j / (pore * pore));
@@ -31,7 +31,7 @@ impl Volumetric {
     }
 
     /// Stored energy (J/m^3).
-    #[inline]
+    #[inline(always)]
     pub fn energy(&self, j: f64) -> f64 {
         let (s, n) = (1.0 - self.n0s, self.n0s);
         self.lambda_star * s * s * ((j - 1.0) / s - ((j - n) / s).ln())
