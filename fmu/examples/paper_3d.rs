@@ -36,7 +36,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut statistics = Statistics::default();
     let (ramp, depth, radius) = (1e-3 / 1.6e-3, 1e-3, parameters.geometry.punch_radius);
     let (mut now, mut from) = (0.0, 0.0);
-    println!("time_s,displacement_mm,force_mN,force_fluid_mN,force_traction_mN  steps, iterations, factorisations");
+    println!(
+        "time_s,displacement_mm,force_mN,force_fluid_mN,force_traction_mN  steps, iterations, factorisations"
+    );
     let hold_times = [0.3, 1.0, 3.0, 10.0, 30.0, 90.0].into_iter().filter(|t| *t <= hold).map(|t| ramp + t);
     for end in [0.001, 0.01, 0.1, 0.3, 0.5, ramp].into_iter().chain(hold_times) {
         let to = depth * (end / ramp).min(1.0);

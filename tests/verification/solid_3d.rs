@@ -24,9 +24,8 @@ fn imbalance(f: [[f64; 3]; 3]) -> (f64, f64) {
     for node in nodes.clone() {
         if let Some(first) = mesh.displacement(node) {
             let position = mesh.nodes[node as usize];
-            let mut u: [f64; 3] = std::array::from_fn(|i| {
-                (0..3).map(|j| f[i][j] * position[j]).sum::<f64>() - position[i]
-            });
+            let mut u: [f64; 3] =
+                std::array::from_fn(|i| (0..3).map(|j| f[i][j] * position[j]).sum::<f64>() - position[i]);
             if let Some((cos, sin)) = mesh.side_normal(node) {
                 (u[0], u[1]) = (cos * u[0] + sin * u[1], cos * u[1] - sin * u[0]);
             }
@@ -83,42 +82,57 @@ fn relative(a: f64, b: f64) -> f64 {
     (a / b - 1.0).abs()
 }
 
-/// Agreement with the axisymmetric model, quick.
-/// Goal: the three-dimensional discretisation computes the same force. Set-up: edge cells of 0.25 mm, two steps
-/// of 0.05 s at 1.6 mm/s, viscous and porous. Reference: the axisymmetric model on the quarter's section, grid
-/// line by grid line. Tolerance: 0.5 % in force and fluid part, 1 % in the traction integral and energies.
-#[test]
-fn force_is_that_of_the_axisymmetric_section() {
+/// Ratios of the three-dimensional results to the axisymmetric ones after two steps of 0.05 s at 1.6 mm/s.
+fn ratios(refinement: Refinement<'_>, radii_mm: &[f64], depths_mm: &[f64]) -> [(&'static str, f64); 7] {
     let parameters = Parameters::default();
-    let refinement = Refinement { reach: &[9.0, 0.6] };
     let sample = SolidSample::new(&parameters.geometry, refinement).unwrap();
-    assert!((sample.mesh.edge_size() - 0.25e-3).abs() < 1e-9);
     let mut solid = SolidStepper::new(&parameters, Arc::new(sample));
-    let mut plane = rectangular(
-        &parameters,
-        &[0.0, 0.275, 0.55, 0.775, 1.0, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0, 4.0, 5.0, 7.5, 10.0],
-        &[0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.5, 7.0, 8.5, 10.0],
-    );
+    let mut plane = rectangular(&parameters, radii_mm, depths_mm);
     let mut statistics = Statistics::default();
     let (mut a, mut b) = (solid.undeformed(0.0), plane.undeformed(0.0));
-    for k in 0..2 {
-        let start = 0.08e-3 * f64::from(k);
+    for start in [0.0, 0.08e-3] {
         a = solid.step(&a, start, 1.6e-3, 0.05, &mut statistics).unwrap();
         b = plane.step(&b, start, 1.6e-3, 0.05, &mut statistics).unwrap();
-        let (a, b) = (a.outputs, b.outputs);
-        assert!(relative(a.force, b.force) < 5e-3, "{} N, {} N", a.force, b.force);
-        assert!(relative(a.force_fluid, b.force_fluid) < 5e-3, "{} N, {} N", a.force_fluid, b.force_fluid);
-        for (name, of) in [
-            ("traction integral", a.force_traction / b.force_traction),
-            ("stored energy", a.stored_energy / b.stored_energy),
-            ("viscous dissipation", a.viscous_dissipation / b.viscous_dissipation),
-            ("porous dissipation", a.porous_dissipation / b.porous_dissipation),
-            ("fluid expelled", a.fluid_expelled / b.fluid_expelled),
-        ] {
-            assert!((of - 1.0).abs() < 1e-2, "{name}: ratio {of}");
-        }
-        assert!(relative(a.external_work, b.external_work) < 5e-3);
     }
+    let (a, b) = (a.outputs, b.outputs);
+    [
+        ("force", a.force / b.force),
+        ("fluid force", a.force_fluid / b.force_fluid),
+        ("traction integral", a.force_traction / b.force_traction),
+        ("external work", a.external_work / b.external_work),
+        ("stored energy", a.stored_energy / b.stored_energy),
+        ("viscous dissipation", a.viscous_dissipation / b.viscous_dissipation),
+        ("fluid expelled", a.fluid_expelled / b.fluid_expelled),
+    ]
+}
+
+/// Agreement with the axisymmetric model on the very same section.
+/// Goal: geometry, kernel, boundary conditions and outputs are right. Set-up: 440 cells of one level; two
+/// steps, viscous and porous. Reference: the axisymmetric model on the quarter's section, line by line.
+/// Tolerance: 0.2 % in the force, 1 % in the others: only the interpolation along the circle differs.
+#[test]
+fn results_are_those_of_the_axisymmetric_section() {
+    let radii = [0.0, 0.275, 0.55, 0.775, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.5, 10.0];
+    let depths = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.5, 7.0, 8.5, 10.0];
+    for (name, ratio) in ratios(Refinement { reach: &[9.0] }, &radii, &depths) {
+        let tolerance = if name == "force" { 2e-3 } else { 1e-2 };
+        assert!((ratio - 1.0).abs() < tolerance, "{name}: ratio {ratio}");
+    }
+}
+
+/// Agreement with the axisymmetric model where nodes hang.
+/// Goal: cells refined towards the edge do what a finer grid does. Set-up: edge cells of 0.25 mm, refined within
+/// 1.2 mm of the edge; two steps. Reference: the axisymmetric model with elements of 0.25 mm there.
+/// Tolerance: 0.5 % in the force.
+#[test]
+fn force_with_hanging_nodes_is_that_of_a_fine_grid() {
+    let radii = [
+        0.0, 0.275, 0.55, 0.775, 1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5, 4.0, 4.5, 5.0, 7.5,
+        10.0,
+    ];
+    let depths = [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 4.0, 5.5, 7.0, 8.5, 10.0];
+    let ratios = ratios(Refinement { reach: &[9.0, 1.2] }, &radii, &depths);
+    assert!((ratios[0].1 - 1.0).abs() < 5e-3, "{ratios:?}");
 }
 
 /// Agreement with the axisymmetric model at full size: some ten minutes.

@@ -6,10 +6,10 @@
 //! depend on how a master slices time.
 
 use super::step::{State, Stepper};
-use crate::solver::newton::NewtonFailure;
 use crate::error::StepError;
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::SolverParameters;
+use crate::solver::newton::NewtonFailure;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

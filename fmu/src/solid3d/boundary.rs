@@ -41,7 +41,8 @@ impl Conditions {
             if boundary.confined_side && side {
                 unknowns[first] = Condition::Fixed;
             }
-            if boundary.bonded_bottom && mesh.is_bottom(node) || boundary.bonded_punch && mesh.is_punch(node) {
+            if boundary.bonded_bottom && mesh.is_bottom(node) || boundary.bonded_punch && mesh.is_punch(node)
+            {
                 unknowns[first..first + 2].fill(Condition::Fixed);
             }
             if mesh.is_bottom(node) {

@@ -132,11 +132,20 @@ pub fn evaluate(
         let point = Point::at(place, shape, x)?;
         let history = &old.cv_inverse[k * branches..(k + 1) * branches];
         let elasticity = material.elasticity(&point.f, history, dt)?;
-        let (tau, c) = total(elasticity.kirchhoff_stress, elasticity.tangent, point.pressure * point.jacobian);
+        let (tau, c) =
+            total(elasticity.kirchhoff_stress, elasticity.tangent, point.pressure * point.jacobian);
         let growth = point.jacobian - old.jacobian[k];
         let (mobility, slope) = material.darcy.referential_mobility(point.jacobian);
         let flow = Flow { growth, mobility: dt * mobility, slope: dt * slope * point.jacobian };
-        arch.dispatch(Add { point: &point, shape, w: place.measure, tau: &tau, c: &c, flow: Some(flow), sums });
+        arch.dispatch(Add {
+            point: &point,
+            shape,
+            w: place.measure,
+            tau: &tau,
+            c: &c,
+            flow: Some(flow),
+            sums,
+        });
     }
     for (place, shape) in geometry.volumetric.iter().zip(&*VOLUMETRIC_POINTS) {
         let point = Point::at(place, shape, x)?;

@@ -61,7 +61,8 @@ impl Krylov {
             let length = norm(w);
             w.iter_mut().for_each(|w| *w /= length.max(f64::MIN_POSITIVE));
             for (i, &(c, s)) in rotations.iter().enumerate() {
-                (column[i], column[i + 1]) = (c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]);
+                (column[i], column[i + 1]) =
+                    (c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]);
             }
             let radius = column[k].hypot(length);
             if !(radius > 0.0 && radius.is_finite()) {
@@ -123,19 +124,26 @@ mod tests {
         let n = 203;
         let product = |v: &[f64], y: &mut [f64]| {
             for i in 0..n {
-                let (left, right) = (if i > 0 { v[i - 1] } else { 0.0 }, if i + 1 < n { v[i + 1] } else { 0.0 });
+                let (left, right) =
+                    (if i > 0 { v[i - 1] } else { 0.0 }, if i + 1 < n { v[i + 1] } else { 0.0 });
                 y[i] = (4.0 + (i % 5) as f64) * v[i] - 1.5 * left - 0.5 * right;
             }
         };
         let b: Vec<f64> = (0..n).map(|i| ((i * 7919) % 1009) as f64 / 1009.0 - 0.5).collect();
         let mut x = vec![0.0; n];
-        let precondition = |z: &mut [f64]| z.iter_mut().enumerate().for_each(|(i, z)| *z /= 4.0 + (i % 5) as f64);
+        let precondition =
+            |z: &mut [f64]| z.iter_mut().enumerate().for_each(|(i, z)| *z /= 4.0 + (i % 5) as f64);
         let outcome = Krylov::default().solve(&mut x, &b, 1e-10, product, precondition);
         assert!(outcome.reduction <= 1e-10 && outcome.iterations < DIMENSIONS, "{outcome:?}");
         let mut r = vec![0.0; n];
         product(&x, &mut r);
         r.iter_mut().zip(&b).for_each(|(r, b)| *r = b - *r);
-        approx::assert_relative_eq!(norm(&r) / norm(&b), outcome.reduction, max_relative = 0.01, epsilon = 1e-14);
+        approx::assert_relative_eq!(
+            norm(&r) / norm(&b),
+            outcome.reduction,
+            max_relative = 0.01,
+            epsilon = 1e-14
+        );
     }
 
     #[test]

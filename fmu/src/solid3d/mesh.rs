@@ -63,9 +63,7 @@ impl Mesh {
         let placed: Vec<[f64; 3]> = logical.iter().map(|&x| chart.place(x)).collect();
         let nodes = displacement_terms
             .iter()
-            .map(|terms| {
-                std::array::from_fn(|d| terms.iter().map(|&(n, w)| w * placed[n as usize][d]).sum())
-            })
+            .map(|terms| std::array::from_fn(|d| terms.iter().map(|&(n, w)| w * placed[n as usize][d]).sum()))
             .collect();
 
         let mut unknowns = 0_u32;
@@ -174,7 +172,8 @@ impl Mesh {
     pub fn edge_size(&self) -> f64 {
         let touches = |&n: &u32| self.is_punch(n) && self.is_free_top(n);
         let radius = |n: u32| self.nodes[n as usize][0].hypot(self.nodes[n as usize][1]);
-        let sizes = self.cells.iter().filter(|c| c.iter().any(touches)).map(|c| radius(c[26]) - radius(c[24]));
+        let sizes =
+            self.cells.iter().filter(|c| c.iter().any(touches)).map(|c| radius(c[26]) - radius(c[24]));
         sizes.fold(f64::INFINITY, |m, s| m.min(s.abs()))
     }
 }
@@ -242,9 +241,11 @@ fn resolve_node(node: usize, direct: &[Terms], resolved: &mut [Terms]) {
         terms.extend(resolved[master as usize].iter().map(|&(n, w)| (n, weight * w)));
     }
     terms.sort_unstable_by_key(|t| t.0);
-    terms.dedup_by(|b, a| a.0 == b.0 && {
-        a.1 += b.1;
-        true
+    terms.dedup_by(|b, a| {
+        a.0 == b.0 && {
+            a.1 += b.1;
+            true
+        }
     });
     terms.retain(|t| t.1.abs() > 1e-14);
     resolved[node] = terms;

@@ -27,7 +27,8 @@ fn hanging_nodes_reproduce_quadratic_and_linear_fields() {
             let s = ring_coordinate(x);
             [s, x[0].min(x[1]) / s, x[2]]
         };
-        let quadratic = |[s, t, z]: [f64; 3]| (1.0 + s - 0.3 * s * s) * (2.0 + t * t) * (z * z - 3.0 * z + 0.5);
+        let quadratic =
+            |[s, t, z]: [f64; 3]| (1.0 + s - 0.3 * s * s) * (2.0 + t * t) * (z * z - 3.0 * z + 0.5);
         let linear = |[s, t, z]: [f64; 3]| (1.0 + s) * (2.0 - t) * (0.5 + z);
         let mut hanging = [0, 0];
         for node in (0..mesh.nodes.len() as u32).filter(|&n| mesh.ring(n) >= 1.0) {
@@ -38,7 +39,12 @@ fn hanging_nodes_reproduce_quadratic_and_linear_fields() {
             for (k, (terms, field)) in fields.into_iter().enumerate().filter(|(_, (t, _))| t.len() > 1) {
                 hanging[k] += 1;
                 let value: f64 = terms.iter().map(|&(n, w)| w * field(reference(n))).sum();
-                approx::assert_relative_eq!(value, field(reference(node)), max_relative = 1e-12, epsilon = 1e-12);
+                approx::assert_relative_eq!(
+                    value,
+                    field(reference(node)),
+                    max_relative = 1e-12,
+                    epsilon = 1e-12
+                );
             }
         }
         assert!(hanging[0] > least && hanging[1] > least / 8, "{hanging:?}");

@@ -13,8 +13,7 @@ fn check_tangent(f: &Tensor, history: &[Voigt; 2], tolerance: f64) {
     let material = SolidMaterial::new(&MaterialParameters::default());
     let (dt, h) = (3e-3, 1e-6);
     let exact = material.elasticity(f, history, dt).unwrap();
-    let tau: Tensor =
-        std::array::from_fn(|i| std::array::from_fn(|j| exact.kirchhoff_stress[PLACE[i][j]]));
+    let tau: Tensor = std::array::from_fn(|i| std::array::from_fn(|j| exact.kirchhoff_stress[PLACE[i][j]]));
     let largest = exact.tangent.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
     for k in 0..9 {
         let mut l = [[0.0; 3]; 3];
@@ -30,8 +29,7 @@ fn check_tangent(f: &Tensor, history: &[Voigt; 2], tolerance: f64) {
         let lt = product(&l, &tau);
         for (i, j) in [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)] {
             let place = PLACE[i][j];
-            let analytic =
-                lt[i][j] + lt[j][i] + (0..6).map(|m| exact.tangent[place][m] * d[m]).sum::<f64>();
+            let analytic = lt[i][j] + lt[j][i] + (0..6).map(|m| exact.tangent[place][m] * d[m]).sum::<f64>();
             let numeric = (up[place] - down[place]) / (2.0 * h);
             assert!((analytic - numeric).abs() < tolerance * largest, "{k} ({i},{j}): {analytic} {numeric}");
         }
@@ -54,7 +52,8 @@ fn tangent_at_equal_stretches_matches_finite_differences() {
     let (c, s) = (0.8, 0.6);
     let turn = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
     let tilt = [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]];
-    for stretches in [[1.0, 1.0, 1.0], [1.1, 1.1, 0.8], [0.9, 1.2, 0.9], [1.1, 1.1 + 1e-8, 0.8], [1.1, 1.1 + 1e-6, 0.8]]
+    for stretches in
+        [[1.0, 1.0, 1.0], [1.1, 1.1, 0.8], [0.9, 1.2, 0.9], [1.1, 1.1 + 1e-8, 0.8], [1.1, 1.1 + 1e-6, 0.8]]
     {
         let diagonal: Tensor =
             std::array::from_fn(|i| std::array::from_fn(|j| if i == j { stretches[i] } else { 0.0 }));
@@ -77,7 +76,8 @@ fn equals_the_axisymmetric_point() {
     let to3 = |a: &[f64; 4]| [a[0], a[2], a[1], 0.0, 0.0, a[3]];
     let history3 = history2.map(|h| to3(&h));
     let dt = 3e-3;
-    let (e2, e3) = (plane.elasticity(&f2, &history2, dt).unwrap(), solid.elasticity(&f3, &history3, dt).unwrap());
+    let (e2, e3) =
+        (plane.elasticity(&f2, &history2, dt).unwrap(), solid.elasticity(&f3, &history3, dt).unwrap());
     const OF: [usize; 4] = [0, 2, 1, 5];
     let size = e2.tangent.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
     for i in 0..4 {

@@ -9,6 +9,7 @@ use super::point::SolidMaterial;
 use super::sample::SolidSample;
 use crate::indentation::boundary::Condition;
 use crate::indentation::motion::{Discretisation, Reached};
+use crate::indentation::trend::Trend;
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::{Parameters, TimeScheme};
 use crate::solver::newton::{NewtonFailure, System};
@@ -23,8 +24,8 @@ pub struct SolidState {
     pub time: f64,
     /// Unknowns: displacements (m) and pressures (Pa).
     pub x: Vec<f64>,
-    /// Rate of the unknowns over the step that led here; zero after a change of velocity.
-    pub rate: Vec<f64>,
+    /// Their motion over the last stages.
+    pub trend: Trend,
     /// History at the integration points.
     pub history: History,
     /// Results for the whole sample.
@@ -84,7 +85,7 @@ impl SolidStepper {
         SolidState {
             time,
             x: vec![0.0; unknowns],
-            rate: vec![0.0; unknowns],
+            trend: Trend::at_rest(unknowns),
             history: History::undeformed(self.sample.mesh.cells.len(), self.material.branches()),
             outputs: Outputs::default(),
         }
@@ -108,7 +109,7 @@ impl SolidStepper {
     /// Whether a state has this stepper's numbers of unknowns and history tensors.
     pub fn fits(&self, state: &SolidState) -> bool {
         state.x.len() == self.column_scale.len()
-            && state.rate.len() == state.x.len()
+            && state.trend.unknowns() == state.x.len()
             && state.history.jacobian.len() == self.stage_history.jacobian.len()
             && state.history.cv_inverse.len() == self.stage_history.cv_inverse.len()
     }
@@ -130,25 +131,20 @@ impl SolidStepper {
         self.stage_history.clone_from(&old.history);
         let stages = stages(self.scheme);
         for (index, stage) in stages.iter().enumerate() {
-            // The first stage continues the last step, later ones the stages before them.
-            let (rate, ahead) = match index.checked_sub(1).map(|k| stages[k].time) {
-                None => (old.rate.clone(), stage.time * dt),
-                Some(reached) => (
-                    new.x.iter().zip(&old.x).map(|(a, b)| (a - b) / (reached * dt)).collect(),
-                    (stage.time - reached) * dt,
-                ),
-            };
+            let reached = index.checked_sub(1).map_or(0.0, |k| stages[k].time);
+            let ahead = (stage.time - reached) * dt;
             let length = stage.fraction * dt;
             let indentation = start + velocity * stage.time * dt;
             let from = new.x.clone();
-            new.x.iter_mut().zip(&rate).for_each(|(x, r)| *x += r * ahead);
+            new.trend.extrapolate(&mut new.x, ahead);
             let mut solved = self.solve(&mut new.x, length, indentation, statistics);
             if solved.is_err() && new.x != from {
                 // The extrapolation may have been the reason.
-                new.x = from;
+                new.x.clone_from(&from);
                 solved = self.solve(&mut new.x, length, indentation, statistics);
             }
             solved?;
+            new.trend.note(&from, &new.x, ahead);
             let last = index + 1 == stages.len();
             let punch = self.conditions.punch.iter();
             let reaction = -QUARTERS * punch.map(|&u| self.raw_residual[u]).sum::<f64>();
@@ -184,9 +180,6 @@ impl SolidStepper {
             }
         }
         std::mem::swap(&mut self.stage_history, &mut new.history);
-        for ((r, a), b) in new.rate.iter_mut().zip(&new.x).zip(&old.x) {
-            *r = (a - b) / dt;
-        }
         Ok(new)
     }
 

@@ -299,11 +299,7 @@ const MESH: &[Variable] = &[
         "mesh.kind",
         "Discretisation; the other mesh parameters are those of the axisymmetric one",
         Kind::Enumeration(&MESH_KIND),
-        choice!(
-            MeshKind::Axisymmetric,
-            [MeshKind::Axisymmetric, MeshKind::Paper3d],
-            padded.mesh.kind
-        ),
+        choice!(MeshKind::Axisymmetric, [MeshKind::Axisymmetric, MeshKind::Paper3d], padded.mesh.kind),
     ),
     variable(
         "mesh.preset",
