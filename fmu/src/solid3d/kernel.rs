@@ -92,7 +92,7 @@ impl Point {
         let mut f = product(&slope, &geometry.inverse);
         (0..3).for_each(|i| f[i][i] += 1.0);
         let jacobian = determinant(&f);
-        if !(jacobian > 0.0) {
+        if jacobian.is_nan() || jacobian <= 0.0 {
             return None;
         }
         let inverse = product(&geometry.inverse, &inverse(&f, jacobian));
