@@ -1,5 +1,8 @@
 //! Multifrontal LU against faer's sparse LU: numeric factorisation and one solve, symbolic work reused.
 //!
+//! On the model's own tangents (viscous, finite strain; indenting undrained, holding drained, retracting) and on
+//! those of linear poroelasticity on tensor grids, axisymmetric and 3D.
+//!
 //! ```text
 //! cargo bench -p poropunch --bench linear_solver [-- LARGEST_3D_SIZE]  (10000, 30000, 88000)
 //! ```
@@ -10,7 +13,12 @@ mod test_matrices;
 
 use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+use faer::sparse::{SparseColMat, Triplet};
+use poropunch::indentation::sample::{Sample, connectivity};
+use poropunch::indentation::step::Stepper;
+use poropunch::parameters::{MeshParameters, MeshPreset};
 use poropunch::solver::multifrontal::{Numeric, Structure, Symbolic};
+use poropunch::{Parameters, Statistics};
 use std::{sync::Arc, time::Instant};
 use test_matrices::{Case, System};
 
@@ -34,6 +42,11 @@ fn main() {
         "residual",
         "faer's"
     );
+    for (growth, divisions) in [(2.0, 3), (1.5, 6), (1.3, 9)] {
+        for phase in [Phase::Indenting, Phase::Holding, Phase::Retracting] {
+            measure(&format!("own, {phase:?}"), &own(growth, divisions, phase), 40);
+        }
+    }
     for (name, permeability) in [("undrained", 0.0), ("drained", 1e-2)] {
         for size in [2_000, 6_000, 15_000] {
             measure(&format!("axisymmetric {name}"), &Case::axisymmetric(size, permeability).assemble(), 40);
@@ -42,6 +55,53 @@ fn main() {
             measure(&format!("3D {name}"), &Case::solid(size, permeability).assemble(), 3);
         }
     }
+}
+
+/// When in a test the tangent is taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    /// Half way into the sample, undrained.
+    Indenting,
+    /// After 90 s of hold, drained (permeable sample).
+    Holding,
+    /// On the way out again, undrained.
+    Retracting,
+}
+
+/// The model's tangent on a mesh between the presets and far finer.
+fn own(growth: f64, divisions: u32, phase: Phase) -> System {
+    let mut parameters = Parameters::default();
+    parameters.mesh = MeshParameters { preset: MeshPreset::Fine, growth, divisions, ..Default::default() };
+    if phase == Phase::Holding {
+        parameters.material.permeability = 1e-10;
+    }
+    let sample = Sample::shared(&parameters.geometry, &parameters.mesh).expect("a mesh");
+    let mut stepper = Stepper::new(&parameters, Arc::clone(&sample));
+    let mut state = stepper.undeformed(0.0);
+    let mut statistics = Statistics::default();
+    let mut go = |velocity: f64, step: f64, steps: usize| {
+        for _ in 0..steps {
+            let start = state.outputs.displacement;
+            state = stepper.step(&state, start, velocity, step, &mut statistics).expect("a solution");
+        }
+    };
+    go(1.6e-3, 0.0125, 25);
+    match phase {
+        Phase::Indenting => {}
+        Phase::Holding => (0..9).for_each(|k| go(0.0, 0.1 * 2.0_f64.powi(k), 2)),
+        Phase::Retracting => go(-1e-3, 0.0125, 5),
+    }
+    let pattern = sample.structure.pattern();
+    let entries = (0..pattern.unknowns()).flat_map(|column| {
+        let (first, rows) = pattern.column(column);
+        let values = &stepper.tangent()[first..first + rows.len()];
+        rows.iter().zip(values).map(move |(&row, &value)| Triplet::new(row as usize, column, value))
+    });
+    let entries: Vec<_> = entries.collect();
+    let n = pattern.unknowns();
+    let Structure { unknowns, elements, centroids, rank } = connectivity(&sample.mesh);
+    let matrix = SparseColMat::try_new_from_triplets(n, n, &entries).expect("a matrix");
+    System { unknowns, elements, centroids, rank, matrix }
 }
 
 fn measure(name: &str, system: &System, repetitions: usize) {

@@ -85,6 +85,49 @@ fn identify_finds_a_viscosity_and_names_the_validation() {
     assert_eq!(result["measurements"][0]["synthetic"], true);
 }
 
+/// The FMU's derivatives and finite differences lead to the same minimum; the derivatives need fewer runs.
+#[test]
+fn sensitivities_and_finite_differences_agree() {
+    let d = directory();
+    let file = beginning(d.path(), 8.0);
+    let fit = |jacobian: &str| {
+        let out = d.path().join(jacobian);
+        let base = ["identify", text(&file), "--mesh", "coarse", "--out", text(&out), "--jacobian", jacobian];
+        let free = "material.equilibrium.mu,material.branch[1].eta,material.branch[1].mu";
+        // alpha_1 follows mu_1, so that a tie goes through the derivatives, too.
+        let tie = "material.branch[1].alpha=material.branch[1].mu*0.0323";
+        let start = "material.branch[1].eta=80";
+        let fit = ["--free", free, "--tie", tie, "--start", start, "--fd-step", "0.002"];
+        succeed(&[&base[..], &fit[..]].concat());
+        json(&out.join("result.json"))
+    };
+    let (exact, differences) = (fit("sensitivity"), fit("fd"));
+    for k in 0..3 {
+        let number = |result: &serde_json::Value, name: &str| {
+            result["parameters"][k][name].as_f64().expect("a number")
+        };
+        let width = number(&exact, "upper") - number(&exact, "lower");
+        let apart = (number(&exact, "value") - number(&differences, "value")).abs();
+        assert!(apart < 0.02 * width, "{}", exact["parameters"][k]);
+        let widths = width / (number(&differences, "upper") - number(&differences, "lower"));
+        assert!((widths - 1.0).abs() < 0.05, "{widths}");
+    }
+    let runs = |result: &serde_json::Value| result["runs"]["runs"].as_u64().expect("a count");
+    assert!(2 * runs(&exact) < runs(&differences), "{} {}", runs(&exact), runs(&differences));
+}
+
+#[test]
+fn derivatives_that_the_fmu_does_not_have_are_an_error_or_differences() {
+    let d = directory();
+    let (file, out) = (beginning(d.path(), 0.3), d.path().join("out"));
+    let fit = ["--free", "geometry.sample_height", "--bounds", "geometry.sample_height=5mm:40mm"];
+    let base = ["identify", text(&file), "--mesh", "coarse", "--out", text(&out), "--max-evaluations", "2"];
+    let error = fail(&[&base[..], &fit[..], &["--jacobian", "sensitivity"]].concat());
+    assert!(error.contains("geometry.sample_height") && error.contains("--jacobian auto"), "{error}");
+    succeed(&[&base[..], &fit[..]].concat());
+    assert!(json(&out.join("result.json"))["parameters"][0]["value"].as_f64().is_some());
+}
+
 #[test]
 fn a_model_that_refuses_its_parameters_says_so() {
     let error = fail(&["simulate", "P2", "--set", "material.equilibrium.mu=100"]);

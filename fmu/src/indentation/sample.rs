@@ -68,7 +68,7 @@ impl Drop for Sample {
 }
 
 /// The mesh as the ordering sees it.
-fn connectivity(mesh: &Mesh) -> multifrontal::Structure {
+pub fn connectivity(mesh: &Mesh) -> multifrontal::Structure {
     let mut elements = Vec::with_capacity(mesh.elements.len());
     let mut centroids = Vec::with_capacity(mesh.elements.len());
     for element in &mesh.elements {

@@ -119,6 +119,11 @@ impl Stepper {
         self.stress_scale * self.length_scale * self.length_scale
     }
 
+    /// Values of the dimensionless tangent where the last stage ended, in the order of the sample's pattern.
+    pub fn tangent(&self) -> &[f64] {
+        self.work.tangent()
+    }
+
     /// Norms of the dimensionless residual in the iterations of the last stage.
     pub fn residual_norms(&self) -> &[f64] {
         &self.residual_norms
