@@ -4,15 +4,21 @@
 //! CSV -> header (which column is what, in which unit) -> reader -> Measurement -> history -> Protocol
 //! ```
 
+pub mod cycle;
 pub mod error;
+pub mod estimate;
 pub mod header;
 pub mod history;
 pub mod measurement;
+pub mod motion;
 pub mod noise;
 pub mod phase;
+pub(crate) mod random;
 pub mod reader;
 
+pub use cycle::{Cycle, cycles};
 pub use error::{DataError, Problem};
+pub use estimate::{Estimate, Quartiles};
 pub use history::protocol_of;
 pub use measurement::Measurement;
 pub use noise::NoiseModel;

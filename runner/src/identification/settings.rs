@@ -7,7 +7,7 @@ use crate::cli::engine_args::EngineArguments;
 use crate::data::{NoiseModel, Phase};
 use crate::objective::{Requests, Weights};
 use crate::output::{OutputError, write_file};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -62,7 +62,8 @@ pub struct FitSettings {
     /// Number of specimens behind the file's spread, where it does not hold the specimens themselves
     #[arg(long, value_name = "N")]
     pub specimens: Option<usize>,
-    /// Weight of a phase (approach, ramp, hold, unload) in chi^2 [default: 1 each] (repeatable)
+    /// Weight of a phase (approach, ramp, hold, unload, recovery; or hold-early, hold-middle, hold-late alone) in
+    /// chi^2 [default: 1 each] (repeatable)
     #[arg(long, value_name = "PHASE=WEIGHT")]
     pub weight: Vec<String>,
     /// Starts: the first is --start, the others are drawn within the bounds
@@ -120,7 +121,7 @@ pub enum SettingsError {
     },
     /// A phase weight that cannot be read.
     #[error(
-        "--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold, unload and WEIGHT >= 0"
+        "--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold (or hold-early, hold-middle, hold-late), unload, recovery and WEIGHT >= 0"
     )]
     BadWeight(String),
     /// A step that is not small and positive.
@@ -235,11 +236,13 @@ impl FitSettings {
         let one = |text: &String| {
             let bad = || SettingsError::BadWeight(text.clone());
             let (phase, weight) = text.split_once('=').ok_or_else(bad)?;
-            let phase = Phase::from_str(phase.trim(), true).map_err(|_| bad())?;
+            let named = Phase::named(phase.trim()).ok_or_else(bad)?;
             let weight = weight.trim().parse::<f64>().ok().filter(|w| w.is_finite() && *w >= 0.0);
-            Ok((phase, weight.ok_or_else(bad)?))
+            let weight = weight.ok_or_else(bad)?;
+            Ok(named.iter().map(move |phase| (*phase, weight)))
         };
-        let phases = self.weight.iter().map(one).collect::<Result<BTreeMap<_, _>, SettingsError>>()?;
+        let phases = self.weight.iter().map(one).collect::<Result<Vec<_>, SettingsError>>()?;
+        let phases: BTreeMap<Phase, f64> = phases.into_iter().flatten().collect();
         Ok(Weights { noise: self.noise, specimens: self.specimens, phases })
     }
 
