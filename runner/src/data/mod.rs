@@ -15,6 +15,8 @@ pub mod noise;
 pub mod phase;
 pub(crate) mod random;
 pub mod reader;
+pub mod specimen_files;
+pub mod synchronise;
 
 pub use cycle::{Cycle, cycles};
 pub use error::{DataError, Problem};
@@ -24,3 +26,5 @@ pub use measurement::Measurement;
 pub use noise::NoiseModel;
 pub use phase::Phase;
 pub use reader::{Wanted, read, read_str};
+pub use specimen_files::{SpecimenFiles, read_test};
+pub use synchronise::{Synchronised, synchronise};

@@ -5,6 +5,9 @@
 //! separated: `force_k(t) = a_k median(t) + white noise`. The white part, carried through the median, weighs
 //! the points; the common part is reported beside the intervals.
 
+pub mod common_factor;
+pub mod correlated;
+
 use super::measurement::{Measurement, median, standard_deviation};
 use super::random::Random;
 use clap::ValueEnum;
@@ -80,9 +83,7 @@ fn from_spread(m: &Measurement, spread: &[f64], specimens: Option<usize>) -> Noi
 
 fn from_specimens(m: &Measurement) -> Noise {
     let n = m.specimens_n.len();
-    let square: f64 = m.force_n.iter().map(|f| f * f).sum();
-    let amplitude = |s: &Vec<f64>| s.iter().zip(&m.force_n).map(|(a, b)| a * b).sum::<f64>() / square;
-    let amplitudes: Vec<f64> = m.specimens_n.iter().map(amplitude).collect();
+    let amplitudes = common_factor::amplitudes(m);
     let residuals = m.specimens_n.iter().zip(&amplitudes);
     let sum: f64 =
         residuals.map(|(s, a)| s.iter().zip(&m.force_n).map(|(f, b)| (f - a * b).powi(2)).sum::<f64>()).sum();

@@ -1,0 +1,104 @@
+//! Known noise is recovered, and the stated uncertainty is that of repeated estimates.
+
+use super::*;
+use crate::data::random::Random;
+
+/// `records` stretches of `n` samples at uneven times, each with an offset of its own.
+fn records(
+    white: f64,
+    correlated: f64,
+    tau: f64,
+    (count, n): (usize, usize),
+    random: &mut Random,
+) -> Vec<Record> {
+    let one = |k: usize| {
+        let mut r = Record::default();
+        let (mut t, mut c) = (100.0 * k as f64, correlated * random.normal());
+        for _ in 0..n {
+            let step = if random.uniform() < 0.7 { 0.05 } else { 0.2 + random.uniform() };
+            let kept = (-step / tau).exp();
+            c = kept * c + correlated * (1.0 - kept * kept).sqrt() * random.normal();
+            t += step;
+            r.time_s.push(t);
+            r.values.push(5.0 * k as f64 + c + white * random.normal());
+        }
+        r
+    };
+    (0..count).map(one).collect()
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|z| z * z).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+#[test]
+fn white_and_correlated_parts_are_recovered_within_their_uncertainty() {
+    let mut scores: [Vec<f64>; 3] = Default::default();
+    for seed in 0..40 {
+        let found = noise_parts(&records(0.07, 0.05, 2.0, (12, 150), &mut Random::new(seed))).unwrap();
+        let c = found.correlated.expect("a correlated part");
+        scores[0].push((found.white.value - 0.07) / found.white.sigma);
+        // Positive quantities: their logarithms are nearer to normal.
+        scores[1].push((c.amplitude.value / 0.05).ln() * c.amplitude.value / c.amplitude.sigma);
+        scores[2].push((c.time_s.value / 2.0).ln() * c.time_s.value / c.time_s.sigma);
+        assert!(c.amplitude.sigma < 0.01 && c.time_s.sigma < 1.2, "{found:?}");
+        assert!(found.correlated_below > c.amplitude.value && found.outliers < 5, "{found:?}");
+    }
+    for (z, what) in scores.iter().zip(["white", "amplitude", "time"]) {
+        assert!((0.7..1.35).contains(&rms(z)), "{what}: {}", rms(z));
+        assert!(z.iter().all(|z| z.abs() < 4.5), "{what}: {z:?}");
+    }
+}
+
+#[test]
+fn white_noise_alone_is_told_so() {
+    let (mut false_alarms, mut score, mut useful) = (0, vec![], 0);
+    for seed in 0..60 {
+        let found = noise_parts(&records(0.07, 0.0, 1.0, (6, 100), &mut Random::new(1000 + seed))).unwrap();
+        false_alarms += usize::from(found.correlated.is_some());
+        useful += usize::from(found.correlated_below < 0.05);
+        score.push((found.white.value - 0.07) / found.white.sigma);
+    }
+    assert!(false_alarms <= 2, "{false_alarms}");
+    // 600 samples must exclude a correlated part as large as the white one.
+    assert!(useful >= 57, "{useful}");
+    assert!((0.75..1.3).contains(&rms(&score)), "{}", rms(&score));
+}
+
+#[test]
+fn a_correlated_part_too_small_to_see_is_below_its_limit() {
+    let limits = (0..60).map(|seed| {
+        noise_parts(&records(0.07, 0.02, 2.0, (6, 100), &mut Random::new(2000 + seed)))
+            .unwrap()
+            .correlated_below
+    });
+    let above = limits.filter(|l| *l > 0.02).count();
+    assert!(above >= 55, "{above}");
+}
+
+#[test]
+fn outliers_do_not_count() {
+    let mut noisy = records(0.07, 0.0, 1.0, (6, 100), &mut Random::new(3));
+    for r in &mut noisy {
+        r.values[17] += 40.0;
+    }
+    let found = noise_parts(&noisy).unwrap();
+    assert_eq!(found.outliers, 6);
+    assert!((found.white.value - 0.07).abs() < 4.0 * found.white.sigma, "{found:?}");
+}
+
+#[test]
+fn autocorrelation_falls_exponentially_from_the_correlated_share() {
+    let noise = records(0.05, 0.05, 0.5, (60, 300), &mut Random::new(5));
+    let bins = autocorrelation(&noise, 20);
+    assert!(bins.len() > 10);
+    for b in bins.iter().filter(|b| b.lag_s < 2.0) {
+        let expected = 0.5 * (-b.lag_s / 0.5).exp();
+        assert!((b.correlation - expected).abs() < 0.05, "{b:?} {expected}");
+    }
+}
+
+#[test]
+fn too_few_samples_tell_nothing() {
+    assert_eq!(noise_parts(&records(0.1, 0.0, 1.0, (2, 5), &mut Random::new(1))), None);
+}
