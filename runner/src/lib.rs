@@ -13,6 +13,7 @@ pub mod engine;
 pub mod fit;
 pub mod fmi;
 pub mod identification;
+pub mod inspection;
 pub mod objective;
 pub mod output;
 pub mod package;

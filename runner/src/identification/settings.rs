@@ -4,7 +4,7 @@
 //! same settings lead through the same runs to where the work ended, and on from there.
 
 use crate::cli::engine_args::EngineArguments;
-use crate::data::{NoiseModel, Phase};
+use crate::data::{DataError, NoiseModel, Phase, SpecimenFiles};
 use crate::objective::{Requests, Weights};
 use crate::output::{OutputError, write_file};
 use clap::Args;
@@ -28,12 +28,12 @@ pub struct Settings {
     pub fit: FitSettings,
 }
 
-/// A file as it was when it was read.
+/// A measurement's file, or files, as they were when they were read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Source {
-    /// Absolute path.
+    /// Absolute path of the file or the directory, or `NAME=FILE,FILE,...` with absolute paths.
     pub file: PathBuf,
-    /// blake3 of its bytes.
+    /// blake3 of the bytes; of the files' hashes where there are several.
     pub hash: String,
 }
 
@@ -127,6 +127,9 @@ pub enum SettingsError {
     /// A step that is not small and positive.
     #[error("--fd-step {0}: must be between 1e-6 and 0.2")]
     BadStep(f64),
+    /// A directory or a list of files without files.
+    #[error(transparent)]
+    Files(#[from] DataError),
     /// Writing.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -137,15 +140,24 @@ pub const FILE: &str = "settings.json";
 const VERSION: u32 = 1;
 
 impl Source {
-    /// A file as it is now.
+    /// A measurement as it is now.
     ///
     /// # Errors
-    /// When it cannot be read.
-    pub fn of(file: &Path) -> Result<Self, SettingsError> {
-        let unreadable = |source| SettingsError::Unreadable { file: file.to_owned(), source };
-        let bytes = std::fs::read(file).map_err(unreadable)?;
-        let absolute = std::path::absolute(file).map_err(unreadable)?;
-        Ok(Self { file: absolute, hash: blake3::hash(&bytes).to_hex().to_string() })
+    /// When a file cannot be read.
+    pub fn of(argument: &Path) -> Result<Self, SettingsError> {
+        let source = SpecimenFiles::of(argument)?;
+        let hash = |file: &PathBuf| match std::fs::read(file) {
+            Ok(bytes) => Ok(blake3::hash(&bytes)),
+            Err(source) => Err(SettingsError::Unreadable { file: file.clone(), source }),
+        };
+        let hashes = source.files.iter().map(hash).collect::<Result<Vec<_>, _>>()?;
+        let all = match hashes.as_slice() {
+            [one] => *one,
+            several => {
+                blake3::hash(several.iter().map(blake3::Hash::to_string).collect::<String>().as_bytes())
+            }
+        };
+        Ok(Self { file: source.argument, hash: all.to_hex().to_string() })
     }
 }
 
