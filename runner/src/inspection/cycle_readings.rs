@@ -3,7 +3,7 @@
 use super::contact::Contact;
 use super::off_contact::{after_n, before_n, over_specimens};
 use super::result::*;
-use super::trace::Trace;
+use super::trace::{Pull, Trace};
 use crate::data::{Cycle, Estimate, Quartiles};
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -50,7 +50,6 @@ pub(super) fn cycle(
         Some(Estimate { value: a.value - b.value, sigma: a.sigma.hypot(b.sigma) })
     };
     let drifts: Vec<Estimate> = traces.iter().filter_map(drift).collect();
-    let base = over_specimens(&after).map_or(0.0, |e| e.value);
     let c = traces[0].cycles[index];
     let inspection = CycleInspection {
         number: c.number,
@@ -70,7 +69,7 @@ pub(super) fn cycle(
         hold_end_mn: quartiles(&readings.hold_end_n).scaled(1e3),
         relaxation_percent: quartiles(&relaxation).scaled(100.0),
         peak_over_first: quartiles(&over_first),
-        retraction: retraction(traces, index, noise_n, base),
+        retraction: retraction(traces, index, noise_n),
         off_contact_before_mn: over_specimens(&before).map(|e| e.scaled(1e3)),
         off_contact_after_mn: over_specimens(&after).map(|e| e.scaled(1e3)),
         drift_mn: over_specimens(&drifts).map(|e| e.scaled(1e3)),
@@ -79,15 +78,14 @@ pub(super) fn cycle(
     (inspection, readings)
 }
 
-fn retraction(traces: &[Trace], index: usize, noise_n: f64, base_n: f64) -> Option<Retraction> {
-    let found: Vec<(f64, usize)> =
-        traces.iter().filter_map(|t| t.retraction_minimum_n(&t.cycles[index])).collect();
-    let minima: Vec<f64> = found.iter().map(|f| f.0).collect();
-    let samples = found.iter().map(|f| f.1).max()?;
+fn retraction(traces: &[Trace], index: usize, noise_n: f64) -> Option<Retraction> {
+    let found: Vec<Pull> = traces.iter().filter_map(|t| t.pull(&t.cycles[index])).collect();
+    let read = |f: fn(&Pull) -> f64| Quartiles::of(&found.iter().map(f).collect::<Vec<f64>>());
+    let samples = found.iter().map(|f| f.samples).max()?;
     // The smallest of n normal values lies below this in one of a hundred cases.
     let quantile = Normal::standard().inverse_cdf(0.01 / samples.max(1) as f64);
-    let noise_alone_n = base_n + noise_n * quantile;
-    let minimum = Quartiles::of(&minima)?;
+    let noise_alone_n = read(|f| f.base_n)?.median + noise_n * quantile;
+    let minimum = read(|f| f.minimum_n)?;
     let adhesion = noise_n > 0.0 && minimum.median < noise_alone_n;
     Some(Retraction { minimum_mn: minimum.scaled(1e3), noise_alone_mn: noise_alone_n * 1e3, adhesion })
 }

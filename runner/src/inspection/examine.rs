@@ -10,7 +10,7 @@ use super::water::WaterContent;
 use crate::data::noise::common_factor::common_factor;
 use crate::data::noise::correlated::{NoiseParts, Record, autocorrelation, noise_parts};
 use crate::data::phase::phases;
-use crate::data::{DataError, Measurement, Synchronised};
+use crate::data::{DataError, Estimate, Measurement, Synchronised};
 
 /// What is not in the files.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,14 +48,15 @@ fn test(test: &Synchronised, options: &Options) -> Result<(TestInspection, Vec<R
     let traces = Trace::of_all(test)?;
     let records: Vec<Record> = traces.iter().flat_map(off_contact::records).collect();
     let parts = noise_parts(&records);
-    let noise_n = parts.map_or(0.0, total);
+    let of_holds = off_contact::white_of_holds(&traces).filter(|_| parts.is_none());
+    let noise_n = parts.map(total).or(of_holds.map(|h| h.0.value)).unwrap_or(0.0);
     let mut notes = m.notes.clone();
     if parts.is_none() {
         notes.push(
-            "too few samples off contact for a noise model: measure some seconds above the surface".into(),
+            "too few samples off contact to tell correlated noise: measure some seconds above the surface"
+                .into(),
         );
     }
-    // What is in the air in every specimen's file, and how many of the cycles all of them have.
     let count = traces.iter().map(|t| t.cycles.len()).min().unwrap_or(0);
     if traces.iter().any(|t| t.cycles.len() != count) {
         notes.push(format!("the specimens have different numbers of cycles: the first {count} are shown"));
@@ -87,7 +88,7 @@ fn test(test: &Synchronised, options: &Options) -> Result<(TestInspection, Vec<R
         displacement_noise_mm: traces.iter().map(|t| t.displacement_noise_m).fold(0.0, f64::max) * 1e3,
         shifts_s: test.shifts_s.clone(),
         cycles,
-        noise: noise(m, parts, &records),
+        noise: noise(m, parts, of_holds, &records),
         curve: curve(m)?,
     };
     Ok((inspection, readings))
@@ -112,15 +113,21 @@ fn total(parts: NoiseParts) -> f64 {
     parts.white.value.hypot(parts.correlated.map_or(0.0, |c| c.amplitude.value))
 }
 
-fn noise(m: &Measurement, parts: Option<NoiseParts>, records: &[Record]) -> NoiseInspection {
+fn noise(
+    m: &Measurement,
+    parts: Option<NoiseParts>,
+    of_holds: Option<(Estimate, usize)>,
+    records: &[Record],
+) -> NoiseInspection {
     let common = common_factor(m);
     let correlated = parts.and_then(|p| p.correlated);
     NoiseInspection {
-        white_mn: parts.map(|p| p.white.scaled(1e3)),
+        white_mn: parts.map(|p| p.white).or(of_holds.map(|h| h.0)).map(|w| w.scaled(1e3)),
+        white_from: if parts.is_some() { NoiseSource::OffContact } else { NoiseSource::Holds },
         correlated_mn: correlated.map(|c| c.amplitude.scaled(1e3)),
         correlation_time_s: correlated.map(|c| c.time_s),
         correlated_below_mn: parts.map(|p| p.correlated_below * 1e3),
-        samples: parts.map_or(0, |p| p.samples),
+        samples: parts.map(|p| p.samples).or(of_holds.map(|h| h.1)).unwrap_or(0),
         outliers: parts.map_or(0, |p| p.outliers),
         specimen_log_deviation: common.as_ref().map(|c| c.log_deviation),
         height_of_median: common.as_ref().map(|c| c.of_median),

@@ -1,7 +1,8 @@
 //! What the load cell shows while the punch touches nothing: noise and drift.
 
 use super::trace::Trace;
-use crate::data::noise::correlated::Record;
+use crate::data::motion::sample_noise;
+use crate::data::noise::correlated::{FEWEST_IN_RECORD, Record};
 use crate::data::{Cycle, Estimate};
 
 /// Stretches in which the punch does not touch, for the noise: from the end of each withdrawal (films that
@@ -13,11 +14,30 @@ pub(super) fn records(trace: &Trace) -> Vec<Record> {
     };
     let recoveries: Vec<Record> =
         trace.cycles.iter().filter_map(|c| Some(record(trace.between(c.withdrawn_s?, c.end_s)))).collect();
-    if recoveries.iter().any(|r| r.values.len() >= 3) {
+    if recoveries.iter().any(|r| r.values.len() >= FEWEST_IN_RECORD) {
         return recoveries;
     }
     // A test that ends in the hold has only its approach, of which the first half is surely in the air.
     trace.cycles.first().map(|c| record(first_half_of_approach(trace, c))).into_iter().collect()
+}
+
+/// White noise from the last decade of the holds (N): how far samples are from the line between their
+/// neighbours. For tests that have next to nothing off contact; it sees no correlated noise.
+pub(super) fn white_of_holds(traces: &[Trace]) -> Option<(Estimate, usize)> {
+    let (mut square, mut samples) = (0.0, 0);
+    for trace in traces {
+        for c in &trace.cycles {
+            let late = trace.between(c.ramp_end_s + 0.1 * c.hold_s(), c.hold_end_s);
+            let points: Vec<(f64, f64)> = late.map(|i| (trace.time_s[i], trace.force_n[i])).collect();
+            let n = points.len();
+            square += sample_noise(&points).powi(2) * n as f64;
+            samples += if n >= 22 { n } else { 0 };
+        }
+    }
+    // A median of absolute values knows a deviation 1.65 times less well than the root of the mean square.
+    let value = (square / samples as f64).sqrt();
+    let sigma = 1.65 * value / (2.0 * samples as f64).sqrt();
+    (samples > 0 && value > 0.0).then_some((Estimate { value, sigma }, samples))
 }
 
 /// Approach, as far as the punch is further from the surface than half of its start.

@@ -2,7 +2,7 @@
 
 use super::figures;
 use super::result::*;
-use super::table::{noise, plus_minus, quartiles, ratio, water_line};
+use super::table::{cycles, noise, plus_minus, quartiles, ratio, water_line};
 use crate::data::{Estimate, Phase};
 use crate::report::plot::pretty;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -85,8 +85,7 @@ fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
     html! {
         h2 { (test.name) }
         p.meta {
-            (test.cycles.len()) @if test.cycles.len() == 1 { " cycle, " } @else { " cycles, " }
-            (test.points) " points, "
+            (cycles(test)) ", " (test.points) " points, "
             @if test.specimens.is_empty() { "one curve" } @else { (test.specimens.len()) " specimens" }
         }
         @if !test.notes.is_empty() { ul { @for note in &test.notes { li { (text(note)) } } } }

@@ -154,18 +154,30 @@ pub struct ContactInspection {
     pub onset_sigma_mm: Option<f64>,
 }
 
+/// Where noise was told from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoiseSource {
+    /// Punch in the air.
+    OffContact,
+    /// Late part of the holds, from sample to sample.
+    Holds,
+}
+
 /// Noise of the force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NoiseInspection {
-    /// White part of one specimen's samples off contact (mN).
+    /// White part of one specimen's samples (mN).
     pub white_mn: Option<Estimate>,
+    /// Where the white part was told.
+    pub white_from: NoiseSource,
     /// Correlated part off contact (mN); none where none is seen.
     pub correlated_mn: Option<Estimate>,
     /// Correlation time of that part (s).
     pub correlation_time_s: Option<Estimate>,
     /// The correlated part is below this, with 95 % confidence (mN).
     pub correlated_below_mn: Option<f64>,
-    /// Samples off contact that tell it.
+    /// Samples that tell it.
     pub samples: usize,
     /// Samples left out.
     pub outliers: usize,

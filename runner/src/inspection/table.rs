@@ -23,8 +23,13 @@ pub fn table(inspection: &Inspection) -> String {
         out.push('\n');
     }
     ratios(&mut out, &inspection.ratios);
-    if let Some(water) = &inspection.water {
-        let _ = writeln!(out, "{}", water_line(water));
+    if let Some(w) = &inspection.water {
+        let _ = writeln!(
+            out,
+            "{}\nfor a model: --set material.n0s={}",
+            water_line(w),
+            significant(w.n0s.value, 4)
+        );
     }
     out.trim_end().to_owned()
 }
@@ -35,17 +40,19 @@ fn describe(out: &mut String, test: &TestInspection) {
         n => format!("{n} specimens; median [quartiles]"),
     };
     let synthetic = if test.synthetic { " - SYNTHETIC: computed, not measured" } else { "" };
-    let _ = writeln!(
-        out,
-        "{}: {} cycles, {} points, {specimens}{synthetic}",
-        test.name,
-        test.cycles.len(),
-        test.points
-    );
+    let _ = writeln!(out, "{}: {}, {} points, {specimens}{synthetic}", test.name, cycles(test), test.points);
     if !test.shifts_s.is_empty() {
         let shifts = test.specimens.iter().zip(&test.shifts_s);
         let shifts: Vec<String> = shifts.map(|(n, s)| format!("{n} {:+.4}", s.value)).collect();
         let _ = writeln!(out, "clocks shifted onto the ramps of the first (s): {}", shifts.join(", "));
+    }
+}
+
+/// `1 cycle`, `6 cycles`.
+pub(super) fn cycles(test: &TestInspection) -> String {
+    match test.cycles.len() {
+        1 => "1 cycle".to_owned(),
+        n => format!("{n} cycles"),
     }
 }
 
@@ -119,9 +126,10 @@ pub(super) fn noise(n: &NoiseInspection) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(white) = n.white_mn {
         let left_out =
-            if n.outliers > 0 { format!(", {} outliers left out", n.outliers) } else { String::new() };
+            if n.outliers > 0 { format!(", {} left out as outliers", n.outliers) } else { String::new() };
         lines.push(format!(
-            "noise off contact ({} samples{left_out}): white {} mN per specimen",
+            "noise {} ({} samples{left_out}): white {} mN per specimen",
+            if n.white_from == NoiseSource::OffContact { "off contact" } else { "in the late holds" },
             n.samples,
             plus_minus(white)
         ));
@@ -185,13 +193,11 @@ pub(super) fn water_line(w: &WaterContent) -> String {
     };
     let unknown = if w.uncertainty_known { "" } else { "; no uncertainty was given" };
     format!(
-        "water fraction (Eq. 1) {}; volume fraction of solid n0S = {} (solid {} kg/m^3, water {} kg/m^3{unknown}): \
-         --set material.n0s={}",
+        "water fraction (Eq. 1) {}; volume fraction of solid n0S = {} (solid {} kg/m^3, water {} kg/m^3{unknown})",
         with(w.water_fraction),
         with(w.n0s),
         w.solid_density,
-        w.water_density,
-        significant(w.n0s.value, 4)
+        w.water_density
     )
 }
 

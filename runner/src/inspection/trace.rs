@@ -88,14 +88,33 @@ impl<'a> Trace<'a> {
         Some(self.force_n[k - 1] + part * (self.force_n[k] - self.force_n[k - 1]))
     }
 
-    /// Smallest force from the end of a hold to the next cycle (N), and of how many samples; none without
-    /// an unloading.
-    pub fn retraction_minimum_n(&self, cycle: &Cycle) -> Option<(f64, usize)> {
+    /// Smallest force while the punch is pulled off; none without an unloading.
+    pub fn pull(&self, cycle: &Cycle) -> Option<Pull> {
         cycle.unload?;
-        let range = self.between(cycle.hold_end_s, cycle.end_s);
-        let forces = &self.force_n[range];
-        Some((forces.iter().copied().min_by(f64::total_cmp)?, forces.len()))
+        let stroke = self.between(cycle.hold_end_s, cycle.withdrawn_s.unwrap_or(cycle.end_s));
+        let rest = stroke.end..self.between(cycle.start_s, cycle.end_s).end.max(stroke.end);
+        // A film may tear when the stroke has ended: as many samples again, but no drift of minutes.
+        let after = rest.start..rest.end.min(rest.start + stroke.len().max(REST_SAMPLES));
+        let near = rest.start..rest.end.min(rest.start + REST_SAMPLES);
+        let base_n = self.force_n[near.clone()].iter().sum::<f64>() / near.len().max(1) as f64;
+        let forces = &self.force_n[stroke.start..after.end];
+        let minimum_n = forces.iter().copied().min_by(f64::total_cmp)?;
+        Some(Pull { minimum_n, samples: forces.len(), base_n })
     }
+}
+
+/// So many samples after a withdrawal tell the force off contact there.
+const REST_SAMPLES: usize = 10;
+
+/// Force while the punch is pulled off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pull {
+    /// Smallest force (N).
+    pub minimum_n: f64,
+    /// Of so many samples.
+    pub samples: usize,
+    /// Mean force just after the withdrawal (N); 0 where nothing was measured there.
+    pub base_n: f64,
 }
 
 #[cfg(test)]
@@ -135,7 +154,7 @@ mod tests {
             assert!((got / expected - 1.0).abs() < 5e-3, "{after}: {got} {expected}");
         }
         assert_eq!(trace.force_after_n(cycle, 20.0), None);
-        assert_eq!(trace.retraction_minimum_n(cycle).unwrap().0, -1e-3);
+        assert_eq!(trace.pull(cycle).unwrap().minimum_n, -1e-3);
     }
 
     #[test]

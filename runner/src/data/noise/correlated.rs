@@ -1,8 +1,8 @@
 //! White and correlated part of a noise that was sampled at arbitrary times.
 //!
-//! `x(t) = m + c(t) + w`: `m` unknown, one for each record; `c` an Ornstein-Uhlenbeck process, which is AR(1) at
+//! `x(t) = m + n t + c(t) + w`: `m` and the drift `n` unknown, one pair for each record; `c` an Ornstein-Uhlenbeck process, which is AR(1) at
 //! equal distances: `cov = sigma_c^2 exp(-|lag| / tau)`; `w` white. The likelihood is exact (Kalman filter, `m`
-//! integrated out), so gaps and unequal distances need no care. Outliers are left out beforehand.
+//! and `n` integrated out), so gaps and unequal distances need no care. Outliers are left out beforehand.
 
 use super::super::estimate::{Estimate, Quartiles, robust_deviation};
 use nalgebra::{Matrix3, Vector3};
@@ -41,9 +41,11 @@ pub struct Correlated {
     pub time_s: Estimate,
 }
 
+/// Fewest samples of a record: its mean and its drift take two.
+pub const FEWEST_IN_RECORD: usize = 5;
 /// Fewest samples in all records that tell anything.
 pub const FEWEST_SAMPLES: usize = 20;
-/// A sample this many robust deviations from its record's median is an outlier.
+/// A sample this many robust deviations from its record's line is an outlier.
 const OUTLIER: f64 = 5.0;
 /// Twice the gain in log likelihood that two more parameters, one of them a scanned time, reach by chance in
 /// less than 1 of 200 cases.
@@ -55,15 +57,17 @@ const TIMES: usize = 24;
 
 /// White and correlated part of some records; none if they are too few.
 pub fn noise_parts(records: &[Record]) -> Option<NoiseParts> {
-    let cleaned: Vec<Record> = records.iter().map(without_outliers).filter(|r| r.values.len() >= 3).collect();
+    let cleaned: Vec<Record> =
+        records.iter().map(without_outliers).filter(|r| r.values.len() >= FEWEST_IN_RECORD).collect();
     let count = |records: &[Record]| records.iter().map(|r| r.values.len()).sum::<usize>();
     let samples = count(&cleaned);
     let outliers =
-        records.iter().filter(|r| r.values.len() >= 3).map(|r| r.values.len()).sum::<usize>() - samples;
+        records.iter().filter(|r| r.values.len() >= FEWEST_IN_RECORD).map(|r| r.values.len()).sum::<usize>()
+            - samples;
     if samples < FEWEST_SAMPLES {
         return None;
     }
-    let likelihood = Likelihood { records: &cleaned, degrees: (samples - cleaned.len()) as f64 };
+    let likelihood = Likelihood { records: &cleaned, degrees: (samples - 2 * cleaned.len()) as f64 };
     let white = likelihood.at(0.0, 1.0);
     if white.variance <= 0.0 {
         return None;
@@ -93,15 +97,15 @@ pub fn noise_parts(records: &[Record]) -> Option<NoiseParts> {
 }
 
 fn without_outliers(record: &Record) -> Record {
-    let Some(q) = Quartiles::of(&record.values) else { return Record::default() };
-    let reach = OUTLIER * robust_deviation(&record.values);
-    let (time_s, values) = record
-        .time_s
-        .iter()
-        .zip(&record.values)
-        .filter(|(_, v)| (*v - q.median).abs() <= reach)
-        .map(|(t, v)| (*t, *v))
-        .unzip();
+    if record.values.len() < 3 {
+        return Record::default();
+    }
+    let rest = without_drift(record);
+    let Some(q) = Quartiles::of(&rest) else { return Record::default() };
+    let reach = OUTLIER * robust_deviation(&rest);
+    let points = record.time_s.iter().zip(&record.values).zip(rest);
+    let near = points.filter(|(_, r)| (r - q.median).abs() <= reach).map(|((t, v), _)| (*t, *v));
+    let (time_s, values) = near.unzip();
     Record { time_s, values }
 }
 
@@ -240,29 +244,41 @@ impl Likelihood<'_> {
     }
 }
 
-/// Log determinant and weighted sum of squares of a record, its mean integrated out: Kalman filter of the
-/// values and, with the same gains, of the constant 1.
+/// Log determinant and weighted sum of squares of a record, its mean and drift integrated out: Kalman filter of
+/// the values and, with the same gains, of the constant 1 and of the time.
 fn filter(record: &Record, white: f64, correlated: f64, time_s: f64) -> (f64, f64) {
-    let (mut state, mut unit, mut variance) = (0.0, 0.0, correlated);
-    let (mut log_det, mut yy, mut y1, mut ones) = (0.0, 0.0, 0.0, 0.0);
-    let mut before = record.time_s.first().copied().unwrap_or(0.0);
+    let (mut state, mut variance) = ([0.0; 3], correlated);
+    let (mut log_det, mut product) = (0.0, [[0.0; 3]; 3]);
+    let (start, end) =
+        (record.time_s.first().copied().unwrap_or(0.0), record.time_s.last().copied().unwrap_or(0.0));
+    let mut before = start;
     // Values relative to the first: the mean may be large.
     let origin = record.values.first().copied().unwrap_or(0.0);
     for (&t, &value) in record.time_s.iter().zip(&record.values) {
         let kept = (-(t - before) / time_s).exp();
         before = t;
-        (state, unit) = (kept * state, kept * unit);
         variance = correlated + kept * kept * (variance - correlated);
         let total = variance + white;
-        let (y, one) = (value - origin - state, 1.0 - unit);
         let gain = variance / total;
-        (state, unit, variance) = (state + gain * y, unit + gain * one, variance * (1.0 - gain));
+        // Time from -1 to 1, so that constant and drift hardly mix.
+        let measured = [value - origin, 1.0, 2.0 * (t - start) / (end - start) - 1.0];
+        let mut innovation = [0.0; 3];
+        for k in 0..3 {
+            innovation[k] = measured[k] - kept * state[k];
+            state[k] = kept * state[k] + gain * innovation[k];
+        }
+        variance *= 1.0 - gain;
         log_det += total.ln();
-        yy += y * y / total;
-        y1 += y * one / total;
-        ones += one * one / total;
+        for i in 0..3 {
+            for j in 0..=i {
+                product[i][j] += innovation[i] * innovation[j] / total;
+            }
+        }
     }
-    (log_det + ones.ln(), yy - y1 * y1 / ones)
+    let [[yy, ..], [y1, ones, _], [yt, mixed, times]] = product;
+    let determinant = ones * times - mixed * mixed;
+    let explained = (times * y1 * y1 - 2.0 * mixed * y1 * yt + ones * yt * yt) / determinant;
+    (log_det + determinant.ln(), yy - explained)
 }
 
 /// Correlation of the records' values against their distance in time.
@@ -276,10 +292,11 @@ pub struct Autocorrelation {
     pub pairs: usize,
 }
 
-/// In bins of equal ratio of the lag, up to a third of the longest record. Each record counts from its own mean,
+/// In bins of equal ratio of the lag, up to a third of the longest record. Each record counts from its own line,
 /// which makes the values a little too small at lags near its length.
 pub fn autocorrelation(records: &[Record], bins: usize) -> Vec<Autocorrelation> {
-    let records: Vec<Record> = records.iter().map(without_outliers).filter(|r| r.values.len() >= 3).collect();
+    let records: Vec<Record> =
+        records.iter().map(without_outliers).filter(|r| r.values.len() >= FEWEST_IN_RECORD).collect();
     if records.is_empty() || bins == 0 {
         return vec![];
     }
@@ -288,10 +305,9 @@ pub fn autocorrelation(records: &[Record], bins: usize) -> Vec<Autocorrelation> 
     let mut sums = vec![(0.0, 0.0, 0_usize); bins];
     let (mut square, mut count) = (0.0, 0.0);
     for r in &records {
-        let mean = r.values.iter().sum::<f64>() / r.values.len() as f64;
-        let x: Vec<f64> = r.values.iter().map(|v| v - mean).collect();
+        let x = without_drift(r);
         square += x.iter().map(|v| v * v).sum::<f64>();
-        count += x.len() as f64 - 1.0;
+        count += x.len() as f64 - 2.0;
         for i in 0..x.len() {
             for j in i + 1..x.len() {
                 let lag = r.time_s[j] - r.time_s[i];
@@ -312,6 +328,16 @@ pub fn autocorrelation(records: &[Record], bins: usize) -> Vec<Autocorrelation> 
         pairs: *n,
     };
     sums.iter().filter(|s| s.2 >= 10).map(mean).collect()
+}
+
+/// Values from the straight line through them.
+fn without_drift(record: &Record) -> Vec<f64> {
+    let n = record.values.len() as f64;
+    let (t0, x0) = (record.time_s.iter().sum::<f64>() / n, record.values.iter().sum::<f64>() / n);
+    let square: f64 = record.time_s.iter().map(|t| (t - t0).powi(2)).sum();
+    let points = || record.time_s.iter().zip(&record.values);
+    let slope = points().map(|(t, x)| (t - t0) * (x - x0)).sum::<f64>() / square;
+    points().map(|(t, x)| x - x0 - slope * (t - t0)).collect()
 }
 
 #[cfg(test)]

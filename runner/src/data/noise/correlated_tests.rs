@@ -3,7 +3,7 @@
 use super::*;
 use crate::data::random::Random;
 
-/// `records` stretches of `n` samples at uneven times, each with an offset of its own.
+/// Stretches of `n` samples at uneven times, each with an offset and a drift of its own.
 fn records(
     white: f64,
     correlated: f64,
@@ -20,7 +20,7 @@ fn records(
             c = kept * c + correlated * (1.0 - kept * kept).sqrt() * random.normal();
             t += step;
             r.time_s.push(t);
-            r.values.push(5.0 * k as f64 + c + white * random.normal());
+            r.values.push(5.0 * k as f64 + 0.02 * (k % 3) as f64 * t + c + white * random.normal());
         }
         r
     };
@@ -41,7 +41,7 @@ fn white_and_correlated_parts_are_recovered_within_their_uncertainty() {
         // Positive quantities: their logarithms are nearer to normal.
         scores[1].push((c.amplitude.value / 0.05).ln() * c.amplitude.value / c.amplitude.sigma);
         scores[2].push((c.time_s.value / 2.0).ln() * c.time_s.value / c.time_s.sigma);
-        assert!(c.amplitude.sigma < 0.01 && c.time_s.sigma < 1.2, "{found:?}");
+        assert!(c.amplitude.sigma < 0.01 && c.time_s.sigma < 2.5, "{found:?}");
         assert!(found.correlated_below > c.amplitude.value && found.outliers < 5, "{found:?}");
     }
     for (z, what) in scores.iter().zip(["white", "amplitude", "time"]) {
