@@ -145,7 +145,8 @@ fn files_that_are_no_test_are_named_with_a_remedy() {
     };
     let ramp = |i: usize| (-0.1 + 0.02 * i as f64).min(1.0);
     let jumps: fn(usize) -> f64 = |i| if i == 30 { 9.0 } else { (-0.1 + 0.02 * i as f64).min(1.0) };
-    let cases: [(&str, fn(usize) -> f64, &[&str]); 3] = [
+    type Case = (&'static str, fn(usize) -> f64, &'static [&'static str]);
+    let cases: [Case; 3] = [
         (
             "jump",
             jumps,

@@ -2,6 +2,8 @@
 //!
 //! ```text
 //! CSV -> header (which column is what, in which unit) -> reader -> Measurement -> history -> Protocol
+//! one file per specimen -> specimen_files -> synchronise -> Measurement
+//! displacement -> motion (strokes, rests) -> cycle -> phase
 //! ```
 
 pub mod cycle;

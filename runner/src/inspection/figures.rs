@@ -93,7 +93,7 @@ pub(super) fn whole(test: &TestInspection) -> Vec<String> {
     ]
 }
 
-/// Loading of the first cycle, with the contact point.
+/// Loading of the first cycle, phases behind it.
 pub(super) fn loading(test: &TestInspection) -> Option<String> {
     let c = test.cycles.first()?;
     let ramp = c.ramp_end_s - c.ramp_start_s;

@@ -27,7 +27,7 @@ pub fn page(inspection: &Inspection) -> String {
                     p.synthetic { "Synthetic data: computed, not measured" }
                 }
                 @if inspection.tests.len() > 1 { (together(inspection)) }
-                @if let Some(water) = &inspection.water { h2 { "Water content" } p { (text(&water_line(water))) } }
+                @if let Some(water) = &inspection.water { h2 { "Water content" } p { (text(&water_line(water))) "." } }
                 @for test in &inspection.tests { (one_test(test, inspection.contact_threshold_mn)) }
                 (origin(inspection))
             }
@@ -36,14 +36,14 @@ pub fn page(inspection: &Inspection) -> String {
     markup.into_string()
 }
 
-const SWATCHES: &str = ".legend { color: var(--grey); font-size: 13px; margin: 6px 0 0; } \
+const SWATCHES: &str = ".legend { color: var(--grey); font-size: 13px; margin: 6px 0 0; max-width: none; } \
     .legend span { margin-right: 18px; white-space: nowrap; } \
     .legend svg { vertical-align: -2px; margin-right: 6px; } td, th { white-space: nowrap; } \
     .scroll { overflow-x: auto; } td.wrap { white-space: normal; }";
 
 /// Typographic signs instead of typewriter ones.
 fn text(plain: &str) -> String {
-    let signs = pretty(plain).replace(" - ", " – ").replace("kg/m^3", "kg/m³").replace("n0S", "n₀ₛ");
+    let signs = pretty(plain).replace(" - ", " – ").replace("kg/m^3", "kg/m³");
     let mut out = String::with_capacity(signs.len());
     let mut before = ' ';
     for (i, c) in signs.char_indices() {
@@ -97,7 +97,8 @@ fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
             @if let Some(f) = figures::holds(test) { (PreEscaped(f)) }
         }
         p.caption {
-            "Points: median; band: quartiles of the specimens (right: of cycle 1). The hold is divided into the last \
+            "Left: median and quartiles of the specimens. Right: medians, cycle 1 black with its quartiles, the last \
+             cycle red, those between blue. The hold is divided into the last \
              decade of time before its end (late), the decade before that (middle) and what is earlier."
         }
         h3 { "Contact and baseline" }
@@ -106,7 +107,8 @@ fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
             @if let Some(f) = figures::loadings(test) { (PreEscaped(f)) }
             @if let Some(f) = figures::autocorrelation(test) { (PreEscaped(f)) }
         }
-        p.caption { "Autocorrelation: grey band, two standard deviations of independent samples." }
+        p.caption { "Autocorrelation of the force while the punch rests in the air, drift taken out; grey band: two standard \
+             deviations for independent samples." }
         h3 { "Noise" }
         ul { @for line in noise(&test.noise) { li { (text(&line)) } } }
     }

@@ -193,7 +193,7 @@ pub(super) fn water_line(w: &WaterContent) -> String {
     };
     let unknown = if w.uncertainty_known { "" } else { "; no uncertainty was given" };
     format!(
-        "water fraction (Eq. 1) {}; volume fraction of solid n0S = {} (solid {} kg/m^3, water {} kg/m^3{unknown})",
+        "Water fraction (Eq. 1) {}; volume fraction of solid n0S = {} (solid {} kg/m^3, water {} kg/m^3{unknown})",
         with(w.water_fraction),
         with(w.n0s),
         w.solid_density,

@@ -91,20 +91,21 @@ impl<'a> Trace<'a> {
     /// Smallest force while the punch is pulled off; none without an unloading.
     pub fn pull(&self, cycle: &Cycle) -> Option<Pull> {
         cycle.unload?;
-        let stroke = self.between(cycle.hold_end_s, cycle.withdrawn_s.unwrap_or(cycle.end_s));
-        let rest = stroke.end..self.between(cycle.start_s, cycle.end_s).end.max(stroke.end);
-        // A film may tear when the stroke has ended: as many samples again, but no drift of minutes.
-        let after = rest.start..rest.end.min(rest.start + stroke.len().max(REST_SAMPLES));
-        let near = rest.start..rest.end.min(rest.start + REST_SAMPLES);
-        let base_n = self.force_n[near.clone()].iter().sum::<f64>() / near.len().max(1) as f64;
-        let forces = &self.force_n[stroke.start..after.end];
+        let withdrawn = cycle.withdrawn_s.unwrap_or(cycle.end_s);
+        let stroke = self.between(cycle.hold_end_s, withdrawn);
+        // A film may tear when the stroke has ended: as long again, but no drift of minutes.
+        let rest = self.between(withdrawn, (2.0 * withdrawn - cycle.hold_end_s).min(cycle.end_s));
+        let last = self.between(cycle.start_s, cycle.end_s).end;
+        let rest = stroke.end..rest.end.max(stroke.end + REST_SAMPLES).min(last).max(stroke.end);
+        let base_n = self.force_n[rest.clone()].iter().sum::<f64>() / rest.len().max(1) as f64;
+        let forces = &self.force_n[stroke.start..rest.end];
         let minimum_n = forces.iter().copied().min_by(f64::total_cmp)?;
         Some(Pull { minimum_n, samples: forces.len(), base_n })
     }
 }
 
-/// So many samples after a withdrawal tell the force off contact there.
-const REST_SAMPLES: usize = 10;
+/// At least so many samples after a withdrawal tell the force off contact there.
+const REST_SAMPLES: usize = 4;
 
 /// Force while the punch is pulled off.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -155,6 +156,20 @@ mod tests {
         }
         assert_eq!(trace.force_after_n(cycle, 20.0), None);
         assert_eq!(trace.pull(cycle).unwrap().minimum_n, -1e-3);
+    }
+
+    #[test]
+    fn drift_over_the_rest_is_not_taken_for_a_pull() {
+        let mut test = test(0.0, 0);
+        let m = &mut test.measurement;
+        for i in 0..m.len() {
+            m.force_n[i] -= 0.05e-3 * m.time_s[i];
+        }
+        let trace = &Trace::of_all(&test).unwrap()[0];
+        let pull = trace.pull(&trace.cycles[0]).unwrap();
+        // 13.1 s: the end of the adhesion; 14 to 16 s: the rest that is looked at.
+        assert!((pull.minimum_n + 1e-3 + 0.05e-3 * 13.08).abs() < 0.01e-3, "{pull:?}");
+        assert!((pull.base_n + 0.05e-3 * 15.0).abs() < 0.01e-3, "{pull:?}");
     }
 
     #[test]
