@@ -23,7 +23,8 @@ const PLACES: usize = 200;
 /// Depths tried over which the fast part of the force comes up.
 const DEPTHS: usize = 12;
 
-/// Contact in a cycle: `noise_n` is the standard deviation of a force sample, `base_n` the force in the air.
+/// Contact in a cycle: `noise_n` is the standard deviation of a force sample, `base_n` the force in the air, above
+/// which the threshold counts: a load cell that has drifted since it was tared is no contact.
 ///
 /// None when the force does not pass the threshold in the approach or the ramp.
 pub fn find_contact(
@@ -31,22 +32,24 @@ pub fn find_contact(
     cycle: &Cycle,
     threshold_n: f64,
     noise_n: f64,
-    base_n: f64,
+    base_n: Estimate,
 ) -> Option<Contact> {
     let range = cycle.points(trace.time_s, cycle.start_s, cycle.ramp_end_s);
+    let level_n = threshold_n + base_n.value;
     let (t, d, f) =
         (&trace.time_s[range.clone()], &trace.displacement_m[range.clone()], &trace.force_n[range]);
     // One sample above the threshold may be noise; two in a row are contact.
-    let above = |i: usize| f[i] >= threshold_n && f.get(i + 1).is_none_or(|next| *next >= threshold_n);
-    let i = (1..f.len()).find(|&i| above(i) && f[i - 1] < threshold_n)?;
+    let above = |i: usize| f[i] >= level_n && f.get(i + 1).is_none_or(|next| *next >= level_n);
+    let i = (1..f.len()).find(|&i| above(i) && f[i - 1] < level_n)?;
     let slope = (f[i] - f[i - 1]) / (d[i] - d[i - 1]);
     if slope.is_nan() || slope <= 0.0 {
         return None;
     }
-    let part = (threshold_n - f[i - 1]) / (f[i] - f[i - 1]);
+    let part = (level_n - f[i - 1]) / (f[i] - f[i - 1]);
     let place = d[i - 1] + part * (d[i] - d[i - 1]);
     let sigma = [
         noise_n * part.hypot(1.0 - part) / slope,
+        base_n.sigma / slope,
         trace.displacement_noise_m * part.hypot(1.0 - part),
         chord_error(d, f, i) / slope,
     ];
@@ -72,9 +75,9 @@ fn onset(
     f: &[f64],
     crossing: usize,
     noise_n: f64,
-    (threshold_n, base_n): (f64, f64),
+    (threshold_n, base_n): (f64, Estimate),
 ) -> Option<Estimate> {
-    let high = f.iter().skip(crossing).position(|v| *v > FITTED_THRESHOLDS * threshold_n);
+    let high = f.iter().skip(crossing).position(|v| *v - base_n.value > FITTED_THRESHOLDS * threshold_n);
     let end = high.map_or(f.len(), |n| crossing + n).max(crossing + FEWEST_SAMPLES).min(f.len());
     let (d, f) = (&d[..end], &f[..end]);
     let reach = (d[end - 1] - d[crossing - 1]).max(0.0);
@@ -86,7 +89,7 @@ fn onset(
     let depths: Vec<f64> =
         (0..DEPTHS).map(|k| reach * 0.02_f64.powf(k as f64 / (DEPTHS as f64 - 1.0))).collect();
     let fitted = |place: f64| {
-        let costs = depths.iter().filter_map(|&depth| cost(d, f, place, depth, base_n));
+        let costs = depths.iter().filter_map(|&depth| cost(d, f, place, depth, base_n.value));
         costs.min_by(f64::total_cmp).map(|c| c / (noise_n * noise_n))
     };
     let places: Vec<(f64, f64)> = (0..PLACES)
@@ -134,6 +137,8 @@ mod tests {
     use crate::data::{Measurement, Synchronised, cycles};
 
     const NOISE: f64 = 0.05e-3;
+    /// A load cell that has drifted.
+    const BASE: Estimate = Estimate { value: -0.7e-3, sigma: 1e-6 };
 
     /// First touch at `onset`: 20 mN/mm, and 0.6 mN that come up within 0.02 mm, as on a hydrogel at 1 mm/s.
     fn force(x: f64) -> f64 {
@@ -145,14 +150,15 @@ mod tests {
         let start = -0.15e-3 - 0.02e-3 * random.uniform();
         let time_s: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
         let displacement_m: Vec<f64> = time_s.iter().map(|t| (start + 1e-3 * t).min(0.2e-3)).collect();
-        let force_n = displacement_m.iter().map(|d| force(d - onset) + NOISE * random.normal()).collect();
+        let force_n =
+            displacement_m.iter().map(|d| BASE.value + force(d - onset) + NOISE * random.normal()).collect();
         Measurement { time_s, displacement_m, force_n, ..Measurement::default() }
     }
 
     fn contact(m: &Measurement) -> Option<Contact> {
         let test = Synchronised { measurement: m.clone(), originals: vec![], shifts_s: vec![] };
         let trace = &Trace::of_all(&test).unwrap()[0];
-        find_contact(trace, &trace.cycles[0], 1e-3, NOISE, 0.0)
+        find_contact(trace, &trace.cycles[0], 1e-3, NOISE, BASE)
     }
 
     #[test]
@@ -176,7 +182,7 @@ mod tests {
     #[test]
     fn a_force_below_the_threshold_is_no_contact() {
         let mut m = measured(0.0, 1);
-        m.force_n.iter_mut().for_each(|f| *f *= 0.1);
+        m.force_n.iter_mut().for_each(|f| *f = BASE.value + 0.1 * (*f - BASE.value));
         assert_eq!(contact(&m), None);
         assert_eq!(cycles(&m).unwrap().len(), 1);
     }

@@ -101,3 +101,59 @@ fn contact(contacts: &[Contact]) -> Option<ContactInspection> {
         onset_sigma_mm: values(&|c| c.onset_m.map(|e| e.sigma)).map(|q| q.median),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::random::Random;
+    use crate::data::{Measurement, Synchronised};
+
+    /// Two cycles with 0.07 mN of noise; the sample holds the punch with `pull_n` for a tenth of a second.
+    fn test(pull_n: f64, seed: u64) -> Synchronised {
+        let mut random = Random::new(seed);
+        let time_s: Vec<f64> = (0..2000).map(|i| 0.02 * f64::from(i)).collect();
+        let d = |t: f64| match t % 20.0 {
+            t if t < 8.0 => (1e-3 * (t - 0.1)).min(1e-3),
+            t if t < 18.9 => (1e-3 * (9.0 - t)).max(-1e-3),
+            t => 1e-3 * (t - 19.9) - 0.1e-3,
+        };
+        let f = |t: f64| {
+            let pull = if (9.0..9.1).contains(&(t % 20.0)) { -pull_n } else { 0.0 };
+            10.0 * d(t).max(0.0) + pull
+        };
+        let measurement = Measurement {
+            displacement_m: time_s.iter().map(|&t| d(t)).collect(),
+            force_n: time_s.iter().map(|&t| f(t) + 0.07e-3 * random.normal()).collect(),
+            time_s,
+            ..Measurement::default()
+        };
+        Synchronised { measurement, originals: vec![], shifts_s: vec![] }
+    }
+
+    fn adhesions(pull_n: f64) -> usize {
+        let one = |seed| {
+            let test = test(pull_n, seed);
+            let traces = Trace::of_all(&test).unwrap();
+            assert_eq!(traces[0].cycles.len(), 2);
+            (0..2).filter(|&k| cycle(&traces, k, 0.07e-3, &[]).0.retraction.unwrap().adhesion).count()
+        };
+        (0..50).map(one).sum()
+    }
+
+    #[test]
+    fn adhesion_is_told_from_noise() {
+        assert_eq!(adhesions(0.6e-3), 100);
+        // One in a hundred by the threshold, a few more from the unsure baseline.
+        assert!(adhesions(0.0) <= 5, "{}", adhesions(0.0));
+    }
+
+    #[test]
+    fn readings_are_over_the_first_peak() {
+        let test = test(0.0, 1);
+        let traces = Trace::of_all(&test).unwrap();
+        let (second, readings) = cycle(&traces, 1, 0.07e-3, &[]);
+        assert!((second.peak_over_first.median - 1.0).abs() < 0.04, "{second:?}");
+        assert!((readings.hold_end_n[0] - 10e-3).abs() < 0.05e-3, "{readings:?}");
+        assert!((second.hold_s - 6.9).abs() < 0.02 && second.force_after.len() == 1, "{second:?}");
+    }
+}

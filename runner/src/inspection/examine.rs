@@ -94,17 +94,14 @@ fn test(test: &Synchronised, options: &Options) -> Result<(TestInspection, Vec<R
     Ok((inspection, readings))
 }
 
+/// Where nothing was measured in the air, the load cell is believed.
+const NO_BASE: Estimate = Estimate { value: 0.0, sigma: 0.0 };
+
 /// Contacts of all specimens in a cycle.
 fn touches(traces: &[Trace], index: usize, threshold_n: f64, noise_n: f64) -> Vec<Contact> {
     let touch = |trace: &Trace| {
         let base = off_contact::before_n(trace, index).or_else(|| off_contact::after_n(trace, index));
-        find_contact(
-            trace,
-            &trace.cycles[index],
-            threshold_n,
-            noise_n.max(1e-9),
-            base.map_or(0.0, |b| b.value),
-        )
+        find_contact(trace, &trace.cycles[index], threshold_n, noise_n.max(1e-9), base.unwrap_or(NO_BASE))
     };
     traces.iter().filter_map(touch).collect()
 }

@@ -178,7 +178,7 @@ fn contacts(test: &TestInspection, threshold_mn: f64) -> Markup {
             } } }
         } }
         p.caption {
-            "Contact: displacement at which the force passes the threshold, median of the specimens ± uncertainty of \
+            "Contact: displacement at which the force passes the threshold above that off contact, median of the specimens ± uncertainty of \
              one (noise over slope, sampling); onset: where the force begins, by extrapolation of the samples up to \
              three thresholds. Noise alone: what the smallest of as many noise samples would pass in one of a \
              hundred cycles; a minimum below it is adhesion. Off contact and drift: mean of the specimens ± \

@@ -144,7 +144,7 @@ pub struct Retraction {
 /// First touch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContactInspection {
-    /// Displacement at which the force passes the threshold (mm).
+    /// Displacement at which the force passes the threshold above that off contact (mm).
     pub threshold_mm: Quartiles,
     /// Standard uncertainty of that for one specimen: noise over slope, sampling (mm).
     pub threshold_sigma_mm: f64,

@@ -172,6 +172,8 @@ fn ratios(out: &mut String, ratios: &[Ratio]) {
         ]
     };
     let rows: Vec<Vec<String>> = ratios.iter().map(row).collect();
+    // The columns begin with an empty line of their own.
+    out.truncate(out.trim_end().len() + 1);
     let header =
         ["tests", "cycle", "rate", "peak", "end of hold (amplitude)", "peak / end of hold (rate effect)"];
     columns(out, header, &rows);
