@@ -52,11 +52,19 @@ const OUTLIER: f64 = 5.0;
 const SIGNIFICANT: f64 = 12.0;
 /// Twice the loss in log likelihood at the one-sided 95 % limit.
 const LIMIT: f64 = 2.706;
+/// Samples of all records that the likelihood looks at: more tell little and take long.
+const MOST_SAMPLES: usize = 40_000;
+/// Samples of a record that the autocorrelation looks at, in pairs.
+const MOST_IN_RECORD: usize = 1500;
+/// Fewest pairs of samples that tell a correlation.
+const FEWEST_PAIRS: usize = 30;
 /// Correlation times tried between the shortest and the longest that the records can tell.
 const TIMES: usize = 24;
 
 /// White and correlated part of some records; none if they are too few.
 pub fn noise_parts(records: &[Record]) -> Option<NoiseParts> {
+    let budget = MOST_SAMPLES / records.len().max(1);
+    let records: Vec<Record> = records.iter().map(|r| thinned(r, budget)).collect();
     let cleaned: Vec<Record> =
         records.iter().map(without_outliers).filter(|r| r.values.len() >= FEWEST_IN_RECORD).collect();
     let count = |records: &[Record]| records.iter().map(|r| r.values.len()).sum::<usize>();
@@ -86,8 +94,11 @@ pub fn noise_parts(records: &[Record]) -> Option<NoiseParts> {
     for (share, top, time) in peaks {
         limit = limit.max(likelihood.share_limit(time, share, top));
     }
-    let correlated =
-        if best.0 - white.twice_log > SIGNIFICANT { likelihood.refined(best.1, best.2) } else { None };
+    let correlated = if best.0 - white.twice_log > SIGNIFICANT {
+        Some(likelihood.refined(best.1, best.2).unwrap_or_else(|| likelihood.scanned(best.1, best.2)))
+    } else {
+        None
+    };
     let sigma = white.variance.sqrt();
     let (white, correlated) = match correlated {
         Some((white, correlated)) => (white, Some(correlated)),
@@ -96,13 +107,33 @@ pub fn noise_parts(records: &[Record]) -> Option<NoiseParts> {
     Some(NoiseParts { white, correlated, correlated_below: limit, samples, outliers })
 }
 
+/// Not more samples than a budget: half of it in a row for short correlation times, half spread over the rest for
+/// long ones.
+fn thinned(record: &Record, budget: usize) -> Record {
+    let (n, budget) = (record.values.len(), budget.max(2 * FEWEST_IN_RECORD));
+    if n <= budget {
+        return record.clone();
+    }
+    let row = budget / 2;
+    let stride = (n - row).div_ceil(budget - row);
+    let kept = || (0..row).chain((row..n).step_by(stride));
+    Record {
+        time_s: kept().map(|i| record.time_s[i]).collect(),
+        values: kept().map(|i| record.values[i]).collect(),
+    }
+}
+
 fn without_outliers(record: &Record) -> Record {
     if record.values.len() < 3 {
         return Record::default();
     }
     let rest = without_drift(record);
     let Some(q) = Quartiles::of(&rest) else { return Record::default() };
-    let reach = OUTLIER * robust_deviation(&rest);
+    // A load cell that shows few different numbers has no robust deviation.
+    let reach = match OUTLIER * robust_deviation(&rest) {
+        reach if reach > 0.0 => reach,
+        _ => f64::INFINITY,
+    };
     let points = record.time_s.iter().zip(&record.values).zip(rest);
     let near = points.filter(|(_, r)| (r - q.median).abs() <= reach).map(|((t, v), _)| (*t, *v));
     let (time_s, values) = near.unzip();
@@ -178,6 +209,14 @@ impl Likelihood<'_> {
         let (white, correlated) = ((2.0 * x[0]).exp(), (2.0 * x[1]).exp());
         let sum = |(l, s): (f64, f64)| l + s;
         self.records.iter().map(|r| sum(filter(r, white, correlated, x[2].exp()))).sum()
+    }
+
+    /// What the scan found, where the curvature tells no uncertainty: right to a factor.
+    fn scanned(&self, share: f64, time_s: f64) -> (Estimate, Correlated) {
+        let variance = self.at(share, time_s).variance;
+        let rough = |value: f64| Estimate { value, sigma: value };
+        let amplitude = rough((share * variance).sqrt());
+        (rough(((1.0 - share) * variance).sqrt()), Correlated { amplitude, time_s: rough(time_s) })
     }
 
     /// Newton's method from the best of the scan; the curvature there is the uncertainty.
@@ -292,22 +331,26 @@ pub struct Autocorrelation {
     pub pairs: usize,
 }
 
-/// In bins of equal ratio of the lag, up to a third of the longest record. Each record counts from its own line,
-/// which makes the values a little too small at lags near its length.
+/// In bins of equal ratio of the lag, up to a third of the longest record. Each record counts from its own line;
+/// what that takes from independent samples is given back.
 pub fn autocorrelation(records: &[Record], bins: usize) -> Vec<Autocorrelation> {
+    let thin = |r: &Record| without_outliers(&thinned(r, MOST_IN_RECORD));
     let records: Vec<Record> =
-        records.iter().map(without_outliers).filter(|r| r.values.len() >= FEWEST_IN_RECORD).collect();
+        records.iter().map(thin).filter(|r| r.values.len() >= FEWEST_IN_RECORD).collect();
     if records.is_empty() || bins == 0 {
         return vec![];
     }
     let times = times(&records);
     let (low, high) = (0.7 * times[0], times[times.len() - 1] * (2.0 / 3.0));
-    let mut sums = vec![(0.0, 0.0, 0_usize); bins];
+    let mut sums = vec![(0.0, 0.0, 0.0, 0_usize); bins];
     let (mut square, mut count) = (0.0, 0.0);
     for r in &records {
         let x = without_drift(r);
         square += x.iter().map(|v| v * v).sum::<f64>();
         count += x.len() as f64 - 2.0;
+        let n = x.len() as f64;
+        let mean = r.time_s.iter().sum::<f64>() / n;
+        let spread: f64 = r.time_s.iter().map(|t| (t - mean).powi(2)).sum();
         for i in 0..x.len() {
             for j in i + 1..x.len() {
                 let lag = r.time_s[j] - r.time_s[i];
@@ -316,18 +359,20 @@ pub fn autocorrelation(records: &[Record], bins: usize) -> Vec<Autocorrelation> 
                 }
                 let bin = ((lag / low).ln() / (high / low).ln() * bins as f64).floor();
                 if let Some(sum) = (bin >= 0.0).then(|| sums.get_mut(bin as usize)).flatten() {
-                    *sum = (sum.0 + lag, sum.1 + x[i] * x[j], sum.2 + 1);
+                    // Minus this times the variance is the mean product of independent samples about their line.
+                    let taken = 1.0 / n + (r.time_s[i] - mean) * (r.time_s[j] - mean) / spread;
+                    *sum = (sum.0 + lag, sum.1 + x[i] * x[j], sum.2 + taken, sum.3 + 1);
                 }
             }
         }
     }
     let variance = square / count;
-    let mean = |(lag, product, n): &(f64, f64, usize)| Autocorrelation {
+    let mean = |(lag, product, taken, n): &(f64, f64, f64, usize)| Autocorrelation {
         lag_s: lag / *n as f64,
-        correlation: product / *n as f64 / variance,
+        correlation: (product / variance + taken) / *n as f64,
         pairs: *n,
     };
-    sums.iter().filter(|s| s.2 >= 10).map(mean).collect()
+    sums.iter().filter(|s| s.3 >= FEWEST_PAIRS).map(mean).collect()
 }
 
 /// Values from the straight line through them.

@@ -99,6 +99,27 @@ fn autocorrelation_falls_exponentially_from_the_correlated_share() {
 }
 
 #[test]
+fn autocorrelation_of_independent_samples_is_zero_at_every_lag() {
+    let bins = autocorrelation(&records(0.07, 0.0, 1.0, (100, 40), &mut Random::new(8)), 20);
+    let normalised: Vec<f64> = bins.iter().map(|b| b.correlation * (b.pairs as f64).sqrt()).collect();
+    assert!(bins.len() > 10 && (0.6..1.4).contains(&rms(&normalised)), "{normalised:?}");
+}
+
+#[test]
+fn long_records_are_thinned_and_still_tell_both_parts() {
+    let mut random = Random::new(11);
+    let noise = records(0.07, 0.05, 2.0, (4, 60_000), &mut random);
+    let found = noise_parts(&noise).unwrap();
+    assert!(found.samples <= MOST_SAMPLES && found.samples > MOST_SAMPLES / 2, "{found:?}");
+    let c = found.correlated.expect("a correlated part");
+    for (estimate, truth) in [(found.white, 0.07), (c.amplitude, 0.05), (c.time_s, 2.0)] {
+        assert!((estimate.value - truth).abs() < 4.0 * estimate.sigma, "{truth} {found:?}");
+        assert!(estimate.sigma < 0.1 * truth, "{truth} {found:?}");
+    }
+    assert!(autocorrelation(&noise, 20).len() > 10);
+}
+
+#[test]
 fn too_few_samples_tell_nothing() {
     assert_eq!(noise_parts(&records(0.1, 0.0, 1.0, (2, 5), &mut Random::new(1))), None);
 }
