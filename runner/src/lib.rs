@@ -1,7 +1,8 @@
-//! poropunch's command line as a library: simulate, identify, package.
+//! poropunch's command line as a library: simulate, inspect, identify, package.
 //!
 //! ```text
 //! simulate: CSV -> Protocol -> FMU instance -> step, step, ... -> ForceCurve -> CSV, SVG
+//! inspect:  Measurement -> cycles, readings, noise -> table, JSON, CSV, page
 //! identify: Measurement -> Objective (parameters -> residuals) -> trust-region steps over the pool -> report
 //! ```
 //! The model is evaluated through the FMU only; the model's library is linked for names, units and protocols.
@@ -13,6 +14,7 @@ pub mod engine;
 pub mod fit;
 pub mod fmi;
 pub mod identification;
+pub mod inspection;
 pub mod objective;
 pub mod output;
 pub mod package;

@@ -7,6 +7,7 @@
 
 mod bad_input;
 mod identify;
+mod inspect;
 mod interrupted;
 mod own_fmu;
 mod program;

@@ -4,7 +4,7 @@ use super::engine_args::{EngineArguments, show_notes};
 use super::progress::Progress;
 use super::report::write_views;
 use super::{CliResult, Ending};
-use crate::data::{Wanted, read};
+use crate::data::{Wanted, read_test};
 use crate::engine::Engine;
 use crate::identification::report::{Context, report};
 use crate::identification::{FitSettings, JacobianSource, Settings, Source, identify};
@@ -19,7 +19,8 @@ use std::sync::atomic::AtomicBool;
 /// Identify material parameters from measurements.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Measurements to fit: CSV files with time_s,displacement_mm,force_mN (see the README)
+    /// Measurements to fit: CSV files with time_s,displacement_mm,force_mN; or a directory with one file per
+    /// specimen of a test; or NAME=FILE,FILE,... (see the README)
     #[arg(value_name = "MEASUREMENT", required_unless_present = "resume")]
     measurements: Vec<PathBuf>,
     /// Measurements to predict with the fitted parameters, not to fit
@@ -142,7 +143,7 @@ pub(super) fn dataset(
     weights: &Weights,
     height: Option<f64>,
 ) -> Result<Dataset, Box<dyn std::error::Error>> {
-    let measurement = read(file, Wanted::MotionAndForce)?;
+    let measurement = read_test(file, Wanted::MotionAndForce)?;
     show_notes(&measurement);
     Ok(Dataset::new(measurement, weights, height)?)
 }

@@ -11,6 +11,7 @@ macro_rules! say {
 mod batch;
 pub mod engine_args;
 mod identify;
+mod inspect;
 mod package;
 mod plots;
 mod progress;
@@ -48,6 +49,8 @@ struct Cli {
 enum Command {
     /// Compute the force of a protocol or of a measured motion.
     Simulate(simulate::Arguments),
+    /// Show what measurements say without a model: cycles, peaks, relaxation, contact, noise.
+    Inspect(inspect::Arguments),
     /// Identify material parameters from measurements.
     Identify(Box<identify::Arguments>),
     /// Score given parameters against measurements, without fitting.
@@ -76,6 +79,7 @@ pub fn main() -> ExitCode {
     stop_on_ctrl_c(&stop);
     let result = match &cli.command {
         Command::Simulate(arguments) => simulate::run(arguments, &stop),
+        Command::Inspect(arguments) => inspect::run(arguments),
         Command::Identify(arguments) => identify::run(arguments, &stop),
         Command::Validate(arguments) => validate::run(arguments, &stop),
         Command::Batch(arguments) => batch::run(arguments, &stop),

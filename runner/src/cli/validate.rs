@@ -17,7 +17,8 @@ use std::sync::atomic::AtomicBool;
 /// Score given parameters against measurements, without fitting.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Measurements: CSV files with time_s,displacement_mm,force_mN
+    /// Measurements: CSV files with time_s,displacement_mm,force_mN; or a directory with one file per specimen of
+    /// a test; or NAME=FILE,FILE,...
     #[arg(value_name = "MEASUREMENT", required = true)]
     measurements: Vec<PathBuf>,
     /// Which uncertainty weighs the points; none is the plain chi^2 of Eq. 16

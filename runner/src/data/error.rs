@@ -128,6 +128,55 @@ pub enum Problem {
         /// Height of the sample (mm).
         height_mm: f64,
     },
+    /// The displacement changes impossibly fast.
+    #[error("the displacement jumps from {from_mm:.4} to {to_mm:.4} mm within {within_s:.4} s")]
+    DisplacementJumps {
+        /// Before (mm).
+        from_mm: f64,
+        /// After (mm).
+        to_mm: f64,
+        /// Time between the two (s).
+        within_s: f64,
+    },
+    /// The punch only rests, or only moves out.
+    #[error("there is no ramp: the punch does not move into the sample")]
+    NoRamp,
+    /// Files that are not specimens of one test.
+    #[error(
+        "its ramp ({rate_mm_s:.3} mm/s, {from_mm:.3} to {to_mm:.3} mm) does not match that of `{first}` ({first_rate_mm_s:.3} mm/s, {first_from_mm:.3} to {first_to_mm:.3} mm)"
+    )]
+    RampsDiffer {
+        /// The file that the others are put onto.
+        first: String,
+        /// Rate (mm/s).
+        rate_mm_s: f64,
+        /// Beginning of the ramp (mm).
+        from_mm: f64,
+        /// End of the ramp (mm).
+        to_mm: f64,
+        /// Rate of the first file (mm/s).
+        first_rate_mm_s: f64,
+        /// Beginning of the first file's ramp (mm).
+        first_from_mm: f64,
+        /// End of the first file's ramp (mm).
+        first_to_mm: f64,
+    },
+    /// Nothing is left of the time that all specimens were measured.
+    #[error(
+        "put onto the ramp of `{first}`, only {points} of its points lie within the time of all specimens"
+    )]
+    NoCommonTime {
+        /// The file that the others are put onto.
+        first: String,
+        /// Points left.
+        points: usize,
+    },
+    /// A directory or pattern without measurements.
+    #[error("there is no CSV file here")]
+    NoFiles,
+    /// Two specimens are the same file.
+    #[error("is named twice")]
+    NamedTwice,
     /// Specimens of one file with different times or motion.
     #[error("specimen `{specimen}` was not measured at the same times and displacements as `{first}`")]
     SpecimensDiffer {
@@ -181,6 +230,24 @@ impl Problem {
             Self::TooDeep { .. } => {
                 "check the unit of the displacement column, or set geometry.sample_height".into()
             }
+            Self::DisplacementJumps { .. } => {
+                "correct or remove that point; if the punch did move so fast, export more points of the stroke"
+                    .into()
+            }
+            Self::NoRamp => {
+                "start the file before the loading; displacement must grow when the punch goes in".into()
+            }
+            Self::RampsDiffer { .. } => {
+                "specimens of one test share rate and depth to 10 %; give tests of another protocol separately"
+                    .into()
+            }
+            Self::NoCommonTime { .. } => {
+                "leave out the specimens whose files are too short, or export their whole test".into()
+            }
+            Self::NoFiles => "name a CSV file, a directory of one CSV file per specimen, or NAME=FILE,FILE,... \
+                 (with * in quotes)"
+                .into(),
+            Self::NamedTwice => "name every specimen once".into(),
             Self::SpecimensDiffer { .. } => {
                 "resample the specimens on common times, or give one file per specimen".into()
             }

@@ -47,7 +47,7 @@ type Row = (&'static str, &'static [&'static str], Quantity, Dimension, &'static
 const STEMS: &[Row] = &[
     ("time", &["t"], Quantity::Time, Dimension::Time, "time_s"),
     ("displacement", &["depth", "indentation"], Quantity::Displacement, Dimension::Length, "displacement_mm"),
-    ("force", &["load", "force_median"], Quantity::Force, Dimension::Force, "force_mN"),
+    ("force", &["f", "load", "force_median"], Quantity::Force, Dimension::Force, "force_mN"),
     ("force_std", &["force_sd"], Quantity::ForceStd, Dimension::Force, "force_std_mN"),
     ("force_q25", &[], Quantity::ForceQ25, Dimension::Force, "force_q25_mN"),
     ("force_q75", &[], Quantity::ForceQ75, Dimension::Force, "force_q75_mN"),

@@ -25,16 +25,16 @@ fn simplified(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)> {
     if points.len() < 3 {
         return points.to_vec();
     }
-    let mut corners = vec![0];
-    split(points, 0, points.len() - 1, tolerance, &mut corners);
-    corners.push(points.len() - 1);
-    with_kinks_between_samples(points, &corners)
+    with_kinks_between_samples(points, &corners(points, tolerance))
 }
 
-/// Ramer, Douglas and Peucker: the farthest sample becomes a corner until none is too far.
-fn split(points: &[(f64, f64)], first: usize, last: usize, tolerance: f64, corners: &mut Vec<usize>) {
+/// Ramer, Douglas and Peucker: the farthest sample becomes a corner until none is too far. First and last
+/// sample (there must be one) are corners.
+pub(super) fn corners(points: &[(f64, f64)], tolerance: f64) -> Vec<usize> {
+    let last = points.len() - 1;
+    let mut corners = vec![0];
     // A stack instead of recursion: six cycles of noisy samples may be deep.
-    let mut pending = vec![(first, last)];
+    let mut pending = vec![(0, last)];
     while let Some((a, b)) = pending.pop() {
         let farthest = (a + 1..b)
             .map(|i| (i, (points[i].1 - on_line(points[a], points[b], points[i].0)).abs()))
@@ -46,7 +46,9 @@ fn split(points: &[(f64, f64)], first: usize, last: usize, tolerance: f64, corne
             pending.extend([(a, i), (i, b)]);
         }
     }
+    corners.push(last);
     corners.sort_unstable();
+    corners
 }
 
 /// Two corners one sample apart between longer pieces: one kink where the pieces' lines cross.

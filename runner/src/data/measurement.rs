@@ -1,5 +1,7 @@
 //! One measured test, in SI units.
 
+use super::error::{DataError, Problem};
+use super::estimate::Quartiles;
 use std::path::PathBuf;
 
 /// Force against time and displacement of one test, or the median of several specimens.
@@ -21,8 +23,14 @@ pub struct Measurement {
     pub force_n: Vec<f64>,
     /// Standard deviation of the force among specimens (N).
     pub spread_n: Option<Vec<f64>>,
+    /// Quartiles of the force among specimens (N), where the file gives them or the specimens.
+    pub quartiles_n: Option<Vec<(f64, f64)>>,
     /// Force of each specimen (N), one row per specimen.
     pub specimens_n: Vec<Vec<f64>>,
+    /// Name of each specimen.
+    pub specimen_names: Vec<String>,
+    /// Line in the file of each point; empty for points that are not in a file.
+    pub lines: Vec<u64>,
 }
 
 impl Measurement {
@@ -39,6 +47,39 @@ impl Measurement {
     /// Largest displacement (m).
     pub fn depth_m(&self) -> f64 {
         self.displacement_m.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// A complaint about the file as a whole.
+    pub fn error(&self, problem: Problem) -> DataError {
+        DataError { file: self.file.clone(), line: None, column: None, problem }
+    }
+
+    /// Forces of the specimens (N); of the one curve there is, where there are none.
+    pub fn curves_n(&self) -> Vec<&[f64]> {
+        if self.specimens_n.is_empty() {
+            return vec![&self.force_n];
+        }
+        self.specimens_n.iter().map(Vec::as_slice).collect()
+    }
+
+    /// Median, standard deviation and quartiles of the specimens, where the file did not give them.
+    pub(super) fn summarise_specimens(&mut self) {
+        if self.specimens_n.is_empty() || self.specimens_n.iter().any(|s| s.len() != self.len()) {
+            self.specimens_n.clear();
+            self.specimen_names.clear();
+            return;
+        }
+        let at = |i: usize| -> Vec<f64> { self.specimens_n.iter().map(|s| s[i]).collect() };
+        let all: Vec<Vec<f64>> = (0..self.len()).map(at).collect();
+        if self.force_n.is_empty() {
+            self.force_n = all.iter().map(|v| median(&mut v.clone())).collect();
+            self.notes.push(format!("force is the median of {} specimens", self.specimens_n.len()));
+        }
+        if self.specimens_n.len() > 1 {
+            self.spread_n.get_or_insert_with(|| all.iter().map(|v| standard_deviation(v)).collect());
+            let quartiles = || all.iter().filter_map(|v| Quartiles::of(v)).map(|q| (q.q25, q.q75)).collect();
+            self.quartiles_n.get_or_insert_with(quartiles);
+        }
     }
 
     /// Whether the file says of itself that it was not measured.

@@ -5,7 +5,11 @@
 //! separated: `force_k(t) = a_k median(t) + white noise`. The white part, carried through the median, weighs
 //! the points; the common part is reported beside the intervals.
 
+pub mod common_factor;
+pub mod correlated;
+
 use super::measurement::{Measurement, median, standard_deviation};
+use super::random::Random;
 use clap::ValueEnum;
 
 /// Which uncertainty weighs the points.
@@ -79,9 +83,7 @@ fn from_spread(m: &Measurement, spread: &[f64], specimens: Option<usize>) -> Noi
 
 fn from_specimens(m: &Measurement) -> Noise {
     let n = m.specimens_n.len();
-    let square: f64 = m.force_n.iter().map(|f| f * f).sum();
-    let amplitude = |s: &Vec<f64>| s.iter().zip(&m.force_n).map(|(a, b)| a * b).sum::<f64>() / square;
-    let amplitudes: Vec<f64> = m.specimens_n.iter().map(amplitude).collect();
+    let amplitudes = common_factor::amplitudes(m);
     let residuals = m.specimens_n.iter().zip(&amplitudes);
     let sum: f64 =
         residuals.map(|(s, a)| s.iter().zip(&m.force_n).map(|(f, b)| (f - a * b).powi(2)).sum::<f64>()).sum();
@@ -103,31 +105,12 @@ fn from_specimens(m: &Measurement) -> Noise {
 /// Standard deviation of `median_k(a_k f + white noise)`: between white / sqrt(2) (only the middle two
 /// specimens speak, because the amplitudes order them) and 1.25 white / sqrt(n) (all speak).
 fn median_deviation(amplitudes: &[f64], force: f64, white: f64) -> f64 {
-    let mut normal = Normal(0x9e37_79b9_7f4a_7c15);
+    let mut random = Random::new(0x9e37_79b9_7f4a_7c15);
     let draw = |_| {
-        let mut values: Vec<f64> = amplitudes.iter().map(|a| a * force + white * normal.next()).collect();
+        let mut values: Vec<f64> = amplitudes.iter().map(|a| a * force + white * random.normal()).collect();
         median(&mut values)
     };
     standard_deviation(&(0..DRAWS).map(draw).collect::<Vec<_>>())
-}
-
-/// Standard normal numbers: the same ones every time, so that a fit can be repeated exactly.
-struct Normal(u64);
-
-impl Normal {
-    fn next(&mut self) -> f64 {
-        let (u, v) = (self.uniform(), self.uniform());
-        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-    }
-
-    /// Uniform in (0, 1]: SplitMix64.
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64 + f64::EPSILON / 4.0
-    }
 }
 
 #[cfg(test)]
@@ -136,13 +119,13 @@ mod tests {
 
     /// Ten specimens that differ by a factor (sd `scatter`) and by white noise of 0.07 mN.
     fn measurement(scatter: f64) -> Measurement {
-        let mut normal = Normal(7);
+        let mut normal = Random::new(7);
         let truth: Vec<f64> =
             (0..300).map(|i| if i < 100 { 0.0 } else { 5e-3 + 1e-5 * f64::from(i) }).collect();
         let specimens: Vec<Vec<f64>> = (0..10)
             .map(|_| {
-                let factor = 1.0 + scatter * normal.next();
-                truth.iter().map(|f| factor * f + 0.07e-3 * normal.next()).collect()
+                let factor = 1.0 + scatter * normal.normal();
+                truth.iter().map(|f| factor * f + 0.07e-3 * normal.normal()).collect()
             })
             .collect();
         let force_n =

@@ -2,7 +2,7 @@
 
 use super::error::{DataError, Problem};
 use super::header::{Column, Quantity, read_column};
-use super::measurement::{Measurement, median, standard_deviation};
+use super::measurement::Measurement;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -74,7 +74,7 @@ pub fn read_str(text: &str, file: &Path, wanted: Wanted) -> Result<Measurement, 
             let problem = Problem::FieldCount { found: record.len(), expected: columns.len() };
             return Err(fail(line, None, problem));
         }
-        let mut row = Row::default();
+        let mut row = Row { line: line.unwrap_or(0), ..Row::default() };
         for (field, column) in record.iter().zip(&columns) {
             row.take(field, column).map_err(|p| fail(line, Some(&column.name), p))?;
         }
@@ -85,6 +85,8 @@ pub fn read_str(text: &str, file: &Path, wanted: Wanted) -> Result<Measurement, 
     if delimiter != b',' {
         notes.push(format!("fields are separated by `{}`", char::from(delimiter).escape_default()));
     }
+    let specimens = columns.iter().filter(|c| c.quantity == Quantity::SpecimenForce);
+    let specimen_names = specimens.map(|c| c.name.clone()).collect();
     let comments = text.lines().filter_map(|l| l.strip_prefix('#')).map(|c| c.trim().to_owned());
     let name = file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let described = Measurement {
@@ -92,6 +94,7 @@ pub fn read_str(text: &str, file: &Path, wanted: Wanted) -> Result<Measurement, 
         file: file.to_owned(),
         comments: comments.collect(),
         notes,
+        specimen_names,
         ..Measurement::default()
     };
     let measurement = table.into_measurement(described).map_err(|p| fail(None, None, p))?;
@@ -109,6 +112,7 @@ struct Row {
     quartiles: (Option<f64>, Option<f64>),
     specimens: Vec<f64>,
     specimen: String,
+    line: u64,
 }
 
 impl Row {
@@ -172,7 +176,8 @@ impl Table {
         };
         let time_s: Vec<f64> = rows.iter().map(|r| r.time).collect();
         let displacement_m: Vec<f64> = rows.iter().map(|r| r.displacement).collect();
-        let mut m = Measurement { time_s, displacement_m, ..described };
+        let lines = rows.iter().map(|r| r.line).collect();
+        let mut m = Measurement { time_s, displacement_m, lines, ..described };
         let groups: Vec<_> = groups.collect();
         if groups.is_empty() {
             let n = rows.first().map_or(0, |r| r.specimens.len());
@@ -180,8 +185,11 @@ impl Table {
             m.force_n = rows.iter().filter_map(|r| r.force).collect();
             let spread: Vec<f64> = rows.iter().filter_map(|r| r.spread().ok().flatten()).collect();
             m.spread_n = (spread.len() == rows.len()).then_some(spread);
+            let quartiles: Vec<_> = rows.iter().filter_map(|r| r.quartiles.0.zip(r.quartiles.1)).collect();
+            m.quartiles_n = (quartiles.len() == rows.len()).then_some(quartiles);
         } else {
             m.specimens_n.push(rows.iter().filter_map(|r| r.force).collect());
+            m.specimen_names.push(first.clone());
             for (specimen, rows) in groups {
                 let same = rows.len() == m.len()
                     && rows
@@ -192,27 +200,11 @@ impl Table {
                     return Err(Problem::SpecimensDiffer { specimen, first });
                 }
                 m.specimens_n.push(rows.iter().filter_map(|r| r.force).collect());
+                m.specimen_names.push(specimen);
             }
         }
-        summarise_specimens(&mut m);
+        m.summarise_specimens();
         Ok(m)
-    }
-}
-
-/// Median and standard deviation of the specimens, where the file does not give them.
-fn summarise_specimens(m: &mut Measurement) {
-    if m.specimens_n.iter().any(|s| s.len() != m.len()) || m.specimens_n.is_empty() {
-        m.specimens_n.clear();
-        return;
-    }
-    let at = |i: usize| -> Vec<f64> { m.specimens_n.iter().map(|s| s[i]).collect() };
-    let all: Vec<Vec<f64>> = (0..m.len()).map(at).collect();
-    if m.force_n.is_empty() {
-        m.force_n = all.iter().map(|v| median(&mut v.clone())).collect();
-        m.notes.push(format!("force is the median of {} specimens", m.specimens_n.len()));
-    }
-    if m.spread_n.is_none() && m.specimens_n.len() > 1 {
-        m.spread_n = Some(all.iter().map(|v| standard_deviation(v)).collect());
     }
 }
 

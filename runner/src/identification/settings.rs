@@ -4,10 +4,10 @@
 //! same settings lead through the same runs to where the work ended, and on from there.
 
 use crate::cli::engine_args::EngineArguments;
-use crate::data::{NoiseModel, Phase};
+use crate::data::{DataError, NoiseModel, Phase, SpecimenFiles};
 use crate::objective::{Requests, Weights};
 use crate::output::{OutputError, write_file};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,12 +28,12 @@ pub struct Settings {
     pub fit: FitSettings,
 }
 
-/// A file as it was when it was read.
+/// A measurement's file, or files, as they were when they were read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Source {
-    /// Absolute path.
+    /// Absolute path of the file or the directory, or `NAME=FILE,FILE,...` with absolute paths.
     pub file: PathBuf,
-    /// blake3 of its bytes.
+    /// blake3 of the bytes; of the files' hashes where there are several.
     pub hash: String,
 }
 
@@ -62,7 +62,8 @@ pub struct FitSettings {
     /// Number of specimens behind the file's spread, where it does not hold the specimens themselves
     #[arg(long, value_name = "N")]
     pub specimens: Option<usize>,
-    /// Weight of a phase (approach, ramp, hold, unload) in chi^2 [default: 1 each] (repeatable)
+    /// Weight of a phase (approach, ramp, hold, unload, recovery; or hold-early, hold-middle, hold-late alone) in
+    /// chi^2 [default: 1 each] (repeatable)
     #[arg(long, value_name = "PHASE=WEIGHT")]
     pub weight: Vec<String>,
     /// Starts: the first is --start, the others are drawn within the bounds
@@ -135,12 +136,15 @@ pub enum SettingsError {
     },
     /// A phase weight that cannot be read.
     #[error(
-        "--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold, unload and WEIGHT >= 0"
+        "--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold (or hold-early, hold-middle, hold-late), unload, recovery and WEIGHT >= 0"
     )]
     BadWeight(String),
     /// A step that is not small and positive.
     #[error("--fd-step {0}: must be between 1e-6 and 0.2")]
     BadStep(f64),
+    /// A directory or a list of files without files.
+    #[error(transparent)]
+    Files(#[from] DataError),
     /// Writing.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -151,15 +155,24 @@ pub const FILE: &str = "settings.json";
 const VERSION: u32 = 2;
 
 impl Source {
-    /// A file as it is now.
+    /// A measurement as it is now.
     ///
     /// # Errors
-    /// When it cannot be read.
-    pub fn of(file: &Path) -> Result<Self, SettingsError> {
-        let unreadable = |source| SettingsError::Unreadable { file: file.to_owned(), source };
-        let bytes = std::fs::read(file).map_err(unreadable)?;
-        let absolute = std::path::absolute(file).map_err(unreadable)?;
-        Ok(Self { file: absolute, hash: blake3::hash(&bytes).to_hex().to_string() })
+    /// When a file cannot be read.
+    pub fn of(argument: &Path) -> Result<Self, SettingsError> {
+        let source = SpecimenFiles::of(argument)?;
+        let hash = |file: &PathBuf| match std::fs::read(file) {
+            Ok(bytes) => Ok(blake3::hash(&bytes)),
+            Err(source) => Err(SettingsError::Unreadable { file: file.clone(), source }),
+        };
+        let hashes = source.files.iter().map(hash).collect::<Result<Vec<_>, _>>()?;
+        let all = match hashes.as_slice() {
+            [one] => *one,
+            several => {
+                blake3::hash(several.iter().map(blake3::Hash::to_string).collect::<String>().as_bytes())
+            }
+        };
+        Ok(Self { file: source.argument, hash: all.to_hex().to_string() })
     }
 }
 
@@ -250,11 +263,13 @@ impl FitSettings {
         let one = |text: &String| {
             let bad = || SettingsError::BadWeight(text.clone());
             let (phase, weight) = text.split_once('=').ok_or_else(bad)?;
-            let phase = Phase::from_str(phase.trim(), true).map_err(|_| bad())?;
+            let named = Phase::named(phase.trim()).ok_or_else(bad)?;
             let weight = weight.trim().parse::<f64>().ok().filter(|w| w.is_finite() && *w >= 0.0);
-            Ok((phase, weight.ok_or_else(bad)?))
+            let weight = weight.ok_or_else(bad)?;
+            Ok(named.iter().map(move |phase| (*phase, weight)))
         };
-        let phases = self.weight.iter().map(one).collect::<Result<BTreeMap<_, _>, SettingsError>>()?;
+        let phases = self.weight.iter().map(one).collect::<Result<Vec<_>, SettingsError>>()?;
+        let phases: BTreeMap<Phase, f64> = phases.into_iter().flatten().collect();
         Ok(Weights { noise: self.noise, specimens: self.specimens, phases })
     }
 

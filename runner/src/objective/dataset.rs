@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn residuals_are_differences_over_deviation_with_the_phase_weight() {
-        let phases = [(Phase::Hold, 4.0), (Phase::Approach, 0.0)].into();
+        let phases = [(Phase::HoldLate, 4.0), (Phase::Approach, 0.0)].into();
         let weights = Weights { phases, specimens: None, noise: NoiseModel::Spread };
         let dataset = Dataset::new(measurement(), &weights, None).unwrap();
         let curve = ForceCurve { values: vec![vec![9.0, 9.0, 5e-3, 3e-3, 2.5e-3]], ..ForceCurve::default() };

@@ -17,6 +17,7 @@ pub use assembly::{Assembly, MeasuredCurve};
 pub use csv::{curves_csv, parameters_csv};
 pub use fit_report::*;
 pub use html::page;
+pub(crate) use table::columns;
 pub use table::table;
 
 #[cfg(test)]

@@ -117,7 +117,8 @@ fn wrap(out: &mut String, lead: &str, text: &str) {
     let _ = writeln!(out, "{}", line.trim_end());
 }
 
-fn columns<const N: usize>(out: &mut String, header: [&str; N], rows: &[Vec<String>]) {
+/// Appends rows under a header, each column as wide as its widest cell.
+pub(crate) fn columns<const N: usize>(out: &mut String, header: [&str; N], rows: &[Vec<String>]) {
     if rows.is_empty() {
         return;
     }
