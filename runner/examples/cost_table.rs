@@ -28,7 +28,9 @@ const STARTS: [(&str, f64); 4] = [
 fn main() -> Result<(), Error> {
     let file = std::env::args().nth(1).unwrap_or("data/measurement/table1-one-cycle/P2.csv".to_owned());
     let dataset = Dataset::new(read(Path::new(&file), Wanted::MotionAndForce)?, &Weights::default(), None)?;
-    println!("| linear solver | derivatives | wall s | runs | one run, s | simulation-equivalents | chi^2 | steps |");
+    println!(
+        "| linear solver | derivatives | wall s | runs | one run, s | simulation-equivalents | chi^2 | steps |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     for solver in ["multifrontal", "faer"] {
         for sensitivities in [true, false] {

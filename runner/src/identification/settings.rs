@@ -7,7 +7,7 @@ use crate::cli::engine_args::EngineArguments;
 use crate::data::{DataError, NoiseModel, Phase, SpecimenFiles};
 use crate::objective::{Requests, Weights};
 use crate::output::{OutputError, write_file};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
