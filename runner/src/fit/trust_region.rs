@@ -208,14 +208,13 @@ fn iterate<P: Problem + ?Sized>(
 
         let f_new = match evaluate(problem, &x_new, log) {
             Ok(f) => f,
-            Err(EvaluationFailure::Interrupted) => return (None, Some(StopReason::StopRequested)),
-            Err(EvaluationFailure::Failed(_)) => {
+            Err(failure) => {
                 problem.rejected(x_new.as_slice());
                 shrink(radius, alpha);
-                if log.consecutive_failures >= options.max_consecutive_failures {
-                    return (None, Some(StopReason::TooManyFailures));
+                match log.stop_after(&failure, options) {
+                    None => continue,
+                    stop => return (None, stop),
                 }
-                continue;
             }
         };
         let cost_new = 0.5 * f_new.norm_squared();
@@ -243,12 +242,11 @@ fn iterate<P: Problem + ?Sized>(
                 let next = Point { x: x_new, f: f_new, jacobian, cost: cost_new };
                 return (Some((next, step_norm)), outcome);
             }
-            Err(EvaluationFailure::Interrupted) => return (None, Some(StopReason::StopRequested)),
-            Err(EvaluationFailure::Failed(_)) => {
+            Err(failure) => {
                 problem.rejected(x_new.as_slice());
                 shrink(radius, alpha);
-                if log.consecutive_failures >= options.max_consecutive_failures {
-                    return (None, Some(StopReason::TooManyFailures));
+                if let stop @ Some(_) = log.stop_after(&failure, options) {
+                    return (None, stop);
                 }
             }
         }
@@ -380,6 +378,15 @@ fn termination(
 }
 
 impl Log {
+    /// Whether a failure ends the fit.
+    fn stop_after(&self, failure: &EvaluationFailure, options: &Options) -> Option<StopReason> {
+        match failure {
+            EvaluationFailure::Interrupted => Some(StopReason::StopRequested),
+            EvaluationFailure::Failed(_) => (self.consecutive_failures >= options.max_consecutive_failures)
+                .then_some(StopReason::TooManyFailures),
+        }
+    }
+
     fn note<T>(&mut self, result: Result<T, EvaluationFailure>) -> Result<T, EvaluationFailure> {
         match &result {
             Ok(_) => self.consecutive_failures = 0,

@@ -61,8 +61,15 @@ pub struct Names {
     pub sensitivities: bool,
 }
 
-/// In [`Names::extra`]: every real output.
+/// In [`Names::extra`]: every real output but the sensitivities.
 pub const ALL: &str = "all";
+
+/// Whether a wanted name means an output: its name, the beginning of it before a dot, or `all`.
+pub fn asks_for(wanted: &str, output: &str) -> bool {
+    let rest = output.strip_prefix(wanted);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        || (wanted == ALL && !output.starts_with(sensitivities::PREFIX))
+}
 
 /// An FMU that does not have what is needed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -109,7 +116,7 @@ impl Wiring {
         let mut extra = Vec::new();
         let real = description.variables.iter().filter(|v| v.kind == VariableKind::Real);
         for v in real.filter(|v| v.causality == "output" && v.name != outputs[0].name) {
-            if names.extra.iter().any(|name| *name == v.name || name == ALL) {
+            if names.extra.iter().any(|name| asks_for(name, &v.name)) {
                 let factor = v.unit.as_deref().and_then(Unit::parse).map_or(1.0, |u| u.factor);
                 extra.push(Port { name: v.name.clone(), reference: v.value_reference, factor });
             }
