@@ -250,8 +250,13 @@ impl Parameters {
         }
         within("mesh.divisions", f64::from(self.mesh.divisions), 0.0, 64.0)?;
         let s = &self.solver;
-        if s.sensitivities && self.mesh.kind == MeshKind::Paper3d {
-            return Err(ParameterError::NoSensitivities);
+        if self.mesh.kind == MeshKind::Paper3d {
+            if s.sensitivities {
+                return Err(ParameterError::NotIn3d("solver.sensitivities"));
+            }
+            if s.linear_solver != LinearSolverKind::Multifrontal {
+                return Err(ParameterError::NotIn3d("solver.linear_solver"));
+            }
         }
         within("solver.tolerance", s.tolerance, 1e-9, 1.0)?;
         positive("solver.initial_increment", s.initial_increment)?;

@@ -188,5 +188,5 @@ fn native_api_of_the_paper_mesh() {
     let mut instance = Instance::new(&model, -1e-4).unwrap();
     assert_eq!(instance.restore(&axisymmetric.save()), Err(ParameterError::ForeignSnapshot));
     parameters.solver.sensitivities = true;
-    assert_eq!(Model::new(parameters).unwrap_err(), ParameterError::NoSensitivities);
+    assert_eq!(Model::new(parameters).unwrap_err(), ParameterError::NotIn3d("solver.sensitivities"));
 }
