@@ -70,8 +70,8 @@ enum Phase {
 
 /// The model's tangent on a mesh between the presets and far finer.
 fn own(growth: f64, divisions: u32, phase: Phase) -> System {
-    let mut parameters = Parameters::default();
-    parameters.mesh = MeshParameters { preset: MeshPreset::Fine, growth, divisions, ..Default::default() };
+    let mesh = MeshParameters { preset: MeshPreset::Fine, growth, divisions, ..Default::default() };
+    let mut parameters = Parameters { mesh, ..Default::default() };
     if phase == Phase::Holding {
         parameters.material.permeability = 1e-10;
     }

@@ -68,7 +68,7 @@ impl Structure {
 enum Factors {
     None,
     Multifrontal,
-    PartialPivoting(NumericLu<u32, f64>),
+    PartialPivoting(Box<NumericLu<u32, f64>>),
 }
 
 /// Factors of one matrix; memory is kept from one factorisation to the next.
@@ -156,7 +156,7 @@ impl LinearSolver {
         self.factors = Factors::None;
         let symbolic = self.structure.fallback().ok_or(Singular)?;
         let numeric = factorise_by_partial_pivoting(&self.structure.pattern, symbolic, values)?;
-        self.factors = Factors::PartialPivoting(numeric);
+        self.factors = Factors::PartialPivoting(Box::new(numeric));
         Ok(())
     }
 
