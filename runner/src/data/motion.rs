@@ -72,6 +72,11 @@ pub struct Line {
 }
 
 impl Line {
+    /// Displacement at a time (m).
+    pub fn at(&self, time_s: f64) -> f64 {
+        self.mid_m + self.rate_m_per_s * (time_s - self.mid_time_s)
+    }
+
     /// Time at which the line reaches a displacement (s).
     pub fn time_at(&self, displacement_m: f64) -> f64 {
         self.mid_time_s + (displacement_m - self.mid_m) / self.rate_m_per_s
@@ -190,7 +195,7 @@ fn stroke(
 fn is_on_hinge(point: (f64, f64), line: &Line, level_m: f64, tolerance_m: f64) -> bool {
     let kink_s = line.time_at(level_m);
     let in_stroke = (point.0 < kink_s) == (line.mid_time_s < kink_s);
-    let on_line = line.mid_m + line.rate_m_per_s * (point.0 - line.mid_time_s);
+    let on_line = line.at(point.0);
     (point.1 - if in_stroke { on_line } else { level_m }).abs() <= tolerance_m
 }
 
