@@ -22,7 +22,22 @@ use poropunch::{Parameters, Statistics};
 use std::{sync::Arc, time::Instant};
 use test_matrices::{Case, System};
 
+/// Largest rate of faer's dense product on one thread (Gflop/s): what the machine can do.
+fn peak() -> f64 {
+    const N: usize = 1024;
+    let a = faer::Mat::from_fn(N, N, |i, j| ((i * 31 + j * 17) % 97) as f64 / 97.0);
+    let mut c = faer::Mat::zeros(N, N);
+    let mut best = f64::INFINITY;
+    for _ in 0..5 {
+        timed(&mut best, || {
+            faer::linalg::matmul::matmul(&mut c, faer::Accum::Replace, &a, &a, 1.0, faer::Par::Seq);
+        });
+    }
+    2.0 * (N as f64).powi(3) / (best * 1e6)
+}
+
 fn main() {
+    println!("dense product of 1024 x 1024, one thread: {:.1} Gflop/s", peak());
     let largest: usize = std::env::args().skip(1).find_map(|a| a.parse().ok()).unwrap_or(0);
     println!("numeric factorisation and one solve [ms], one thread, best of several");
     println!(
