@@ -128,6 +128,35 @@ fn derivatives_that_the_fmu_does_not_have_are_an_error_or_differences() {
     assert!(json(&out.join("result.json"))["parameters"][0]["value"].as_f64().is_some());
 }
 
+/// Goal: the shipped data give back the parameters of Table 1 that they determine. Set-up: all nine parameters
+/// from P2, coarse mesh, backward Euler steps of up to 0.6 s as in the solver that made the data (such steps
+/// lengthen a relaxation time by half a step, see `tests/verification/README.md`). Tolerance: the 95 % intervals, and
+/// residuals at the noise level.
+#[test]
+fn the_shipped_data_give_back_what_went_in() {
+    let d = directory();
+    let (data, out) = (repository("data/measurement/table1-one-cycle/P2.csv"), d.path().join("out"));
+    let base = ["identify", text(&data), "--mesh", "coarse", "--out", text(&out)];
+    let scheme = ["--set", "solver.time_scheme=backward_euler", "--set", "solver.max_step=0.6"];
+    let printed = succeed(&[&base[..], &scheme[..], &["--set", "solver.tolerance=3e-3"]].concat());
+    assert!(printed.contains("K0 is known only to within"), "{printed}");
+    let result = json(&out.join("result.json"));
+    let rows = |table: &str| result[table].as_array().expect("rows").clone();
+    let inside = |table: &str, name: &str, truth: f64| {
+        let row = rows(table).into_iter().find(|r| r["symbol"] == name).unwrap_or_else(|| panic!("{name}"));
+        let number = |key: &str| row[key].as_f64().expect("a number");
+        assert!((number("lower")..=number("upper")).contains(&truth), "{row}");
+        assert!(number("upper") < 1.4 * number("lower"), "a wide interval holds anything: {row}");
+    };
+    inside("derived", "G_inf", 0.5 * 217.0 * 2.16);
+    inside("derived", "G_2", 0.5 * 161.0 * 2.97);
+    inside("parameters", "eta_1", 50.6);
+    inside("derived", "tau_2", 4680.0 / (0.5 * 161.0 * 2.97));
+    let chi = &result["measurements"][0]["chi_square_per_point"];
+    let per_point = chi.as_f64().expect("chi^2");
+    assert!((0.6..1.3).contains(&per_point), "chi^2 per point {per_point}");
+}
+
 #[test]
 fn a_model_that_refuses_its_parameters_says_so() {
     let error = fail(&["simulate", "P2", "--set", "material.equilibrium.mu=100"]);

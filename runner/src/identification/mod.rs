@@ -48,9 +48,10 @@ pub struct Identification {
 
 /// Drawn starts that are refined to the end; the others are only screened.
 const REFINED: usize = 8;
-/// An iteration that lowers chi^2 by a smaller part ends the fit: with some hundred points that is a hundredth of
-/// a unit of chi^2, far below the noise, and spares the slide along directions that the data do not feel.
-const CHI_SQUARE_TOLERANCE: f64 = 1e-4;
+/// An iteration that lowers chi^2 by a smaller part ends the fit. By finite differences: with some hundred points that
+/// is a hundredth of a unit of chi^2, far below the noise, and spares the slide along directions that the data do not
+/// feel. With the FMU's derivatives that slide leads somewhere, and is cheap.
+const CHI_SQUARE_TOLERANCE: [f64; 2] = [1e-4, 1e-6];
 /// A Jacobian is not more accurate than this part of its largest singular value: by finite differences, and
 /// from the FMU's derivatives.
 const JACOBIAN_ACCURACY: [f64; 2] = [1e-4, 1e-6];
@@ -72,7 +73,7 @@ pub fn identify(
     let exact = objective.exact_columns() == parameters.free().len();
     let trust = Options {
         max_evaluations: options.max_evaluations,
-        chi_square_tolerance: CHI_SQUARE_TOLERANCE,
+        chi_square_tolerance: CHI_SQUARE_TOLERANCE[usize::from(exact)],
         ..Options::for_log_parameters(JACOBIAN_ACCURACY[usize::from(exact)])
     };
     let mut watch = |start: usize, record: &IterationRecord| {
