@@ -137,7 +137,8 @@ impl Instance {
             }
             now += duration * (-from / (to - from));
             from = 0.0;
-            state.path = Some(Path::touch(&self.engine, &self.model.parameters.effect, now));
+            let effect = &self.model.parameters.effect;
+            state.path = Some(Path::touch(&self.engine, now).with_load_cell(effect));
         }
         let Some(path) = &mut state.path else { return Ok(()) };
         let retraction = StepError::Retraction { time: end, displacement: to };

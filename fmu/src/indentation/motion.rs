@@ -157,8 +157,8 @@ pub struct Path<S = State> {
 }
 
 impl<S: Reached> Path<S> {
-    /// Contact begins at `time` (s) with displacement zero; `effect` tells of the load cell.
-    pub fn touch(stepper: &impl Discretisation<State = S>, effect: &EffectParameters, time: f64) -> Self {
+    /// Contact begins at `time` (s) with displacement zero.
+    pub fn touch(stepper: &impl Discretisation<State = S>, time: f64) -> Self {
         let base = Arc::new(stepper.undeformed(time));
         Self {
             piece: Piece { start_time: time, start: 0.0, velocity: 0.0 },
@@ -168,8 +168,14 @@ impl<S: Reached> Path<S> {
             next_step: f64::INFINITY,
             first_step: f64::INFINITY,
             largest_force: 0.0,
-            cell: LoadCell::at_rest(effect, time),
+            cell: LoadCell::at_rest(&EffectParameters::default(), time),
         }
+    }
+
+    /// The same path with the load cell that the effects describe.
+    pub fn with_load_cell(mut self, effect: &EffectParameters) -> Self {
+        self.cell = LoadCell::at_rest(effect, self.base.time());
+        self
     }
 
     /// Whether the state belongs to the stepper's mesh and material.
