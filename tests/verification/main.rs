@@ -3,6 +3,7 @@
 mod balance;
 mod consolidation;
 mod discretisation;
+mod effects;
 mod efficiency;
 mod independent_curves;
 mod punch_on_block;
