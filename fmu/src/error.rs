@@ -20,6 +20,9 @@ pub enum ParameterError {
     /// The mesh does not fit into memory.
     #[error("the mesh is too large for this machine's memory: enlarge mesh.edge_size or mesh.growth")]
     TooLarge,
+    /// Sensitivities of the three-dimensional model.
+    #[error("the three-dimensional model computes no sensitivities: switch solver.sensitivities off")]
+    NoSensitivities,
     /// A snapshot of another model.
     #[error("the saved state belongs to another mesh or another number of viscous branches")]
     ForeignSnapshot,

@@ -1,8 +1,7 @@
 //! The native API: `Model -> Instance`, set displacement, advance, outputs, save and restore.
 
-use crate::indentation::motion::Path;
-use crate::indentation::sample::Sample;
-use crate::indentation::step::Stepper;
+use crate::indentation::engine::{Discretised, Engine, EngineState};
+use crate::indentation::motion::{Discretisation, Path};
 use crate::outputs::ForceSensitivity;
 use crate::{Outputs, ParameterError, Parameters, Statistics, StepError};
 use serde::{Deserialize, Serialize};
@@ -15,7 +14,7 @@ const TENSION: f64 = 1e-6;
 #[derive(Debug, Clone)]
 pub struct Model {
     parameters: Arc<Parameters>,
-    sample: Arc<Sample>,
+    sample: Discretised,
 }
 
 impl Model {
@@ -25,8 +24,7 @@ impl Model {
     /// When a parameter is not admissible.
     pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
         parameters.validate()?;
-        let sample =
-            Sample::shared(&parameters.geometry, &parameters.mesh).map_err(|_| ParameterError::TooLarge)?;
+        let sample = Discretised::shared(&parameters).map_err(|_| ParameterError::TooLarge)?;
         Ok(Self { parameters: Arc::new(parameters), sample })
     }
 
@@ -35,14 +33,14 @@ impl Model {
         &self.parameters
     }
 
-    /// Number of unknowns.
+    /// Number of unknowns, prescribed ones included; hanging nodes have none.
     pub fn unknowns(&self) -> usize {
-        self.sample.mesh.unknowns()
+        self.sample.unknowns()
     }
 
     /// Number of elements.
     pub fn elements(&self) -> usize {
-        self.sample.mesh.elements.len()
+        self.sample.elements()
     }
 }
 
@@ -54,13 +52,13 @@ pub struct Snapshot {
     outputs: Outputs,
     statistics: Statistics,
     /// The integrated path since first touch.
-    path: Option<Path>,
+    path: Option<Path<EngineState>>,
 }
 
 /// One running experiment. Send, not Sync: one instance, one thread.
 pub struct Instance {
     model: Model,
-    stepper: Stepper,
+    engine: Engine,
     state: Snapshot,
 }
 
@@ -90,8 +88,8 @@ impl Instance {
             statistics: Statistics::default(),
             path: None,
         };
-        let stepper = Stepper::new(&model.parameters, model.sample.clone());
-        Ok(Self { model: model.clone(), stepper, state })
+        let engine = Engine::new(&model.parameters, &model.sample);
+        Ok(Self { model: model.clone(), engine, state })
     }
 
     /// Model time since the start (s).
@@ -137,7 +135,7 @@ impl Instance {
             }
             now += duration * (-from / (to - from));
             from = 0.0;
-            state.path = Some(Path::touch(&self.stepper, now));
+            state.path = Some(Path::touch(&self.engine, now));
         }
         let Some(path) = &mut state.path else { return Ok(()) };
         let retraction = StepError::Retraction { time: end, displacement: to };
@@ -149,9 +147,9 @@ impl Instance {
             let radius = geometry.punch_radius;
             let statistics = &mut state.statistics;
             state.outputs =
-                path.advance(&mut self.stepper, solver, radius, (now, from), (end, to), statistics)?;
+                path.advance(&mut self.engine, solver, radius, (now, from), (end, to), statistics)?;
         }
-        if state.outputs.force < -TENSION * self.stepper.force_scale() {
+        if state.outputs.force < -TENSION * self.engine.force_scale() {
             return Err(retraction);
         }
         Ok(())
@@ -185,7 +183,7 @@ impl Instance {
     /// # Errors
     /// When the snapshot belongs to another mesh or number of branches.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), ParameterError> {
-        if snapshot.path.as_ref().is_some_and(|p| !p.fits(&self.stepper)) {
+        if snapshot.path.as_ref().is_some_and(|p| !p.fits(&self.engine)) {
             return Err(ParameterError::ForeignSnapshot);
         }
         self.state = snapshot.clone();

@@ -24,6 +24,7 @@ pub mod model_description;
 pub mod outputs;
 pub mod parameters;
 pub mod protocol;
+pub mod solid3d;
 pub mod solver;
 pub mod variables;
 

@@ -110,9 +110,21 @@ pub enum MeshPreset {
     Fine,
 }
 
+/// How the sample is discretised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum MeshKind {
+    /// Axisymmetric elements, chosen by the other mesh parameters.
+    #[default]
+    Axisymmetric,
+    /// A quarter of the cylinder in 3184 hexahedra with hanging nodes, of the paper's size.
+    Paper3d,
+}
+
 /// Spatial discretisation: a preset, with overrides.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MeshParameters {
+    /// Axisymmetric or three-dimensional; the parameters below are those of the axisymmetric mesh.
+    pub kind: MeshKind,
     /// The preset.
     pub preset: MeshPreset,
     /// Size of the innermost ring of elements at the punch's edge (m); 0 takes the preset's.
@@ -238,6 +250,9 @@ impl Parameters {
         }
         within("mesh.divisions", f64::from(self.mesh.divisions), 0.0, 64.0)?;
         let s = &self.solver;
+        if s.sensitivities && self.mesh.kind == MeshKind::Paper3d {
+            return Err(ParameterError::NoSensitivities);
+        }
         within("solver.tolerance", s.tolerance, 1e-9, 1.0)?;
         positive("solver.initial_increment", s.initial_increment)?;
         positive("solver.max_step", s.max_step)?;

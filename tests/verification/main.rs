@@ -8,4 +8,5 @@ mod independent_curves;
 mod punch_on_block;
 mod relaxation;
 mod sensitivities;
+mod solid_3d;
 mod stepping;

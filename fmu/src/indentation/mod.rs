@@ -1,6 +1,7 @@
 //! The indentation test: sample, boundary conditions, one time step, the punch's motion.
 
 pub mod boundary;
+pub mod engine;
 pub mod motion;
 pub mod sample;
 pub mod sensitivity;

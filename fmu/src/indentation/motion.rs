@@ -9,6 +9,7 @@ use super::step::{State, Stepper};
 use crate::error::StepError;
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::SolverParameters;
+use crate::solver::newton::NewtonFailure;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -27,6 +28,85 @@ const MAX_TRAVEL: f64 = 0.1;
 const MIN_FRACTION: f64 = 1e-6;
 /// Nodes kept for interpolation.
 const NODES: usize = 4;
+
+/// What the path integrates: a discretised sample that makes one step at a time.
+pub trait Discretisation {
+    /// The sample at one time.
+    type State: Reached;
+
+    /// The undeformed sample.
+    fn undeformed(&self, time: f64) -> Self::State;
+
+    /// Whether a state has this discretisation's numbers of unknowns and history tensors.
+    fn fits(&self, state: &Self::State) -> bool;
+
+    /// A force that matters (N).
+    fn force_scale(&self) -> f64;
+
+    /// The state `dt` later, the punch moving from `start` (m) at `velocity` (m/s).
+    ///
+    /// # Errors
+    /// Why a stage has no solution.
+    fn step(
+        &mut self,
+        old: &Self::State,
+        start: f64,
+        velocity: f64,
+        dt: f64,
+        statistics: &mut Statistics,
+    ) -> Result<Self::State, NewtonFailure>;
+}
+
+/// What the path needs to know of a state.
+pub trait Reached {
+    /// Time (s).
+    fn time(&self) -> f64;
+    /// Results.
+    fn outputs(&self) -> Outputs;
+    /// Derivatives of the force, where they are computed.
+    fn sensitivities(&self) -> Vec<ForceSensitivity>;
+}
+
+impl Discretisation for Stepper {
+    type State = State;
+
+    fn undeformed(&self, time: f64) -> State {
+        self.undeformed(time)
+    }
+
+    fn fits(&self, state: &State) -> bool {
+        self.fits(state)
+    }
+
+    fn force_scale(&self) -> f64 {
+        self.force_scale()
+    }
+
+    fn step(
+        &mut self,
+        old: &State,
+        start: f64,
+        velocity: f64,
+        dt: f64,
+        statistics: &mut Statistics,
+    ) -> Result<State, NewtonFailure> {
+        self.step(old, start, velocity, dt, statistics)
+    }
+}
+
+impl Reached for State {
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn outputs(&self) -> Outputs {
+        self.outputs
+    }
+
+    fn sensitivities(&self) -> Vec<ForceSensitivity> {
+        self.sensitivity.as_ref().map(|s| s.forces.clone()).unwrap_or_default()
+    }
+}
 
 /// A piece of the path with constant velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -52,20 +132,19 @@ struct Node {
 }
 
 impl Node {
-    fn of(state: &State) -> Self {
-        let sensitivities = state.sensitivity.as_ref().map(|s| s.forces.clone()).unwrap_or_default();
-        Self { time: state.time, outputs: state.outputs, sensitivities }
+    fn of(state: &impl Reached) -> Self {
+        Self { time: state.time(), outputs: state.outputs(), sensitivities: state.sensitivities() }
     }
 }
 
 /// The integrated path: the last two states and the nodes to interpolate between.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Path {
+pub struct Path<S = State> {
     piece: Piece,
     /// Start of the step that covers the present time.
-    base: Arc<State>,
+    base: Arc<S>,
     /// Its end, when the present lies inside it.
-    ahead: Option<Arc<State>>,
+    ahead: Option<Arc<S>>,
     /// Results at the last few step ends of this piece, oldest first.
     nodes: Vec<Node>,
     next_step: f64,
@@ -73,13 +152,13 @@ pub struct Path {
     largest_force: f64,
 }
 
-impl Path {
+impl<S: Reached> Path<S> {
     /// Contact begins at `time` (s) with displacement zero.
-    pub fn touch(stepper: &Stepper, time: f64) -> Self {
+    pub fn touch(stepper: &impl Discretisation<State = S>, time: f64) -> Self {
         let base = Arc::new(stepper.undeformed(time));
         Self {
             piece: Piece { start_time: time, start: 0.0, velocity: 0.0 },
-            nodes: vec![Node::of(&base)],
+            nodes: vec![Node::of(&*base)],
             base,
             ahead: None,
             next_step: f64::INFINITY,
@@ -89,7 +168,7 @@ impl Path {
     }
 
     /// Whether the state belongs to the stepper's mesh and material.
-    pub fn fits(&self, stepper: &Stepper) -> bool {
+    pub fn fits(&self, stepper: &impl Discretisation<State = S>) -> bool {
         stepper.fits(&self.base) && self.ahead.as_ref().is_none_or(|a| stepper.fits(a))
     }
 
@@ -100,7 +179,7 @@ impl Path {
     #[allow(clippy::too_many_arguments)]
     pub fn advance(
         &mut self,
-        stepper: &mut Stepper,
+        stepper: &mut impl Discretisation<State = S>,
         solver: &SolverParameters,
         punch_radius: f64,
         (now, from): (f64, f64),
@@ -115,10 +194,10 @@ impl Path {
             // Half the first communication step at most: between the first two nodes there is only a line.
             self.first_step = (solver.initial_increment / change).min(0.5 * (end - now));
             self.next_step = self.next_step.min(self.first_step);
-            self.nodes = vec![Node { time: now, ..Node::of(&self.base) }];
+            self.nodes = vec![Node { time: now, ..Node::of(&*self.base) }];
         }
         let longest = (MAX_TRAVEL * punch_radius / velocity.abs()).min(solver.max_step);
-        while self.ahead.as_ref().unwrap_or(&self.base).time < end * (1.0 - 1e-14) {
+        while self.ahead.as_ref().unwrap_or(&self.base).time() < end * (1.0 - 1e-14) {
             if let Some(ahead) = self.ahead.take() {
                 self.base = ahead;
             }
@@ -133,20 +212,20 @@ impl Path {
     /// Makes `base` the state at `now`.
     fn settle(
         &mut self,
-        stepper: &mut Stepper,
+        stepper: &mut impl Discretisation<State = S>,
         now: f64,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
         if let Some(ahead) = self.ahead.take() {
-            if (ahead.time - now).abs() <= 1e-12 * now.abs() {
+            if (ahead.time() - now).abs() <= 1e-12 * now.abs() {
                 self.base = ahead;
             } else {
                 // The last node lies ahead of the change of velocity and never happens.
                 self.nodes.pop();
             }
         }
-        while self.base.time < now * (1.0 - 1e-14) {
-            let mut dt = now - self.base.time;
+        while self.base.time() < now * (1.0 - 1e-14) {
+            let mut dt = now - self.base.time();
             let state = self.attempt(stepper, &mut dt, statistics)?;
             self.base = Arc::new(state);
         }
@@ -156,7 +235,7 @@ impl Path {
     /// One step beyond `base`, with error control.
     fn step_ahead(
         &mut self,
-        stepper: &mut Stepper,
+        stepper: &mut impl Discretisation<State = S>,
         solver: &SolverParameters,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
@@ -164,7 +243,7 @@ impl Path {
         loop {
             let state = self.attempt(stepper, &mut dt, statistics)?;
             let scale =
-                state.outputs.force.abs().max(0.1 * self.largest_force).max(1e-3 * stepper.force_scale());
+                state.outputs().force.abs().max(0.1 * self.largest_force).max(1e-3 * stepper.force_scale());
             let error = self.misfit(&state).map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
             if let Some(error) = error.filter(|&e| e > REJECT && dt > MIN_FRACTION * self.first_step) {
                 statistics.cuts += 1;
@@ -174,7 +253,7 @@ impl Path {
             let growth = error.map_or(MAX_GROWTH, |e| (0.9 / e.cbrt()).clamp(MAX_SHRINK, MAX_GROWTH));
             statistics.steps += 1;
             self.next_step = dt * growth;
-            self.largest_force = self.largest_force.max(state.outputs.force.abs());
+            self.largest_force = self.largest_force.max(state.outputs().force.abs());
             if self.nodes.len() == NODES {
                 self.nodes.remove(0);
             }
@@ -187,13 +266,13 @@ impl Path {
     /// Steps from `base`, cutting `dt` until it converges.
     fn attempt(
         &self,
-        stepper: &mut Stepper,
+        stepper: &mut impl Discretisation<State = S>,
         dt: &mut f64,
         statistics: &mut Statistics,
-    ) -> Result<State, StepError> {
+    ) -> Result<S, StepError> {
         let base = &self.base;
         loop {
-            let start = self.piece.position(base.time);
+            let start = self.piece.position(base.time());
             match stepper.step(base, start, self.piece.velocity, *dt, statistics) {
                 Ok(state) => return Ok(state),
                 Err(reason) => {
@@ -201,7 +280,7 @@ impl Path {
                     *dt *= 0.25;
                     if *dt < MIN_FRACTION * self.first_step {
                         return Err(StepError::NoConvergence {
-                            time: base.time,
+                            time: base.time(),
                             step_size: *dt,
                             reason: reason.to_string(),
                         });
@@ -212,14 +291,14 @@ impl Path {
     }
 
     /// Difference between a new force and the one extrapolated from the last nodes.
-    fn misfit(&self, state: &State) -> Option<f64> {
+    fn misfit(&self, state: &S) -> Option<f64> {
         let known = &self.nodes[self.nodes.len().saturating_sub(NODES - 1)..];
         if known.len() < 2 {
             return None;
         }
         let extrapolated: f64 =
-            self.weights(known, state.time).iter().zip(known).map(|(w, n)| w * n.outputs.force).sum();
-        Some((state.outputs.force - extrapolated).abs())
+            self.weights(known, state.time()).iter().zip(known).map(|(w, n)| w * n.outputs.force).sum();
+        Some((state.outputs().force - extrapolated).abs())
     }
 
     fn interpolate(&self, time: f64) -> Outputs {

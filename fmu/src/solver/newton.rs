@@ -21,6 +21,9 @@ pub enum NewtonFailure {
     /// The tangent is singular.
     #[error("the tangent is singular in iteration {0}")]
     Singular(usize),
+    /// A state to step from that another discretisation made.
+    #[error("the state belongs to another discretisation")]
+    ForeignState,
     /// The residual did not fall below the tolerance.
     #[error("the scaled residual stays at {residual:.1e} after {iterations} iterations")]
     NotConverged {

@@ -8,7 +8,7 @@ use super::{
     Binding, Causality, Enumeration, Identification, Kind, ProtocolSource, Readings, Variability, Variable,
     sensitivities,
 };
-use crate::parameters::{LinearSolverKind, MeshPreset, TimeScheme};
+use crate::parameters::{LinearSolverKind, MeshKind, MeshPreset, TimeScheme};
 
 const MESH_PRESET: Enumeration = Enumeration {
     name: "MeshPreset",
@@ -16,6 +16,13 @@ const MESH_PRESET: Enumeration = Enumeration {
         ("coarse", "For trying things out"),
         ("standard", "Within 0.5 % of the zero-mesh-size limit"),
         ("fine", "Within 0.2 % of the zero-mesh-size limit"),
+    ],
+};
+const MESH_KIND: Enumeration = Enumeration {
+    name: "MeshKind",
+    items: &[
+        ("axisymmetric", "Axisymmetric elements: exact for this test, and hundreds of times cheaper"),
+        ("paper-3d", "Quarter of the cylinder in 3184 hexahedra with hanging nodes, of the paper's size"),
     ],
 };
 const TIME_SCHEME: Enumeration = Enumeration {
@@ -295,6 +302,12 @@ const GEOMETRY: &[Variable] = &[
 ];
 
 const MESH: &[Variable] = &[
+    variable(
+        "mesh.kind",
+        "Discretisation; the other mesh parameters are those of the axisymmetric one",
+        Kind::Enumeration(&MESH_KIND),
+        choice!(MeshKind::Axisymmetric, [MeshKind::Axisymmetric, MeshKind::Paper3d], padded.mesh.kind),
+    ),
     variable(
         "mesh.preset",
         "Mesh, from quick to accurate",
