@@ -1,6 +1,8 @@
 //! The indentation test: sample, boundary conditions, one time step, the punch's motion.
 
 pub mod boundary;
+pub mod contact;
+pub mod discretisation;
 pub mod engine;
 pub mod motion;
 pub mod sample;

@@ -1,6 +1,7 @@
 //! One time step of the sample under the punch.
 
 use super::boundary::{Condition, Conditions};
+use super::contact::{Contact, Slack, Surface, Touch};
 use super::sample::Sample;
 use super::sensitivity::Sensitivity;
 use super::trend::Trend;
@@ -18,6 +19,13 @@ use crate::solver::scheme::stages;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
+/// A pull below this fraction of the force scale opens no node.
+const NEGLIGIBLE_PULL: f64 = 1e-7;
+/// A node closer to the punch's face than this fraction of the punch's radius touches it.
+const NEGLIGIBLE_GAP: f64 = 1e-8;
+/// A stage changes its nodes in contact at most as many times.
+const MAX_CHANGES: usize = 16;
+
 /// The sample at one time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
@@ -29,6 +37,10 @@ pub struct State {
     pub trend: Trend,
     /// History at the integration points.
     pub history: History,
+    /// Which nodes are in contact with the punch.
+    pub contact: Contact,
+    /// Where the surface lies.
+    pub touch: Touch,
     /// Results.
     pub outputs: Outputs,
     /// Changes with the material's parameters, where they are asked for.
@@ -40,6 +52,7 @@ pub struct Stepper {
     pub(super) sample: Arc<Sample>,
     pub(super) material: PointMaterial,
     pub(super) conditions: Conditions,
+    pub(super) surface: Surface,
     scheme: TimeScheme,
     tolerance: f64,
     /// Stress scale (Pa) and length scale (m) that make the system dimensionless.
@@ -77,6 +90,7 @@ impl Stepper {
         Self {
             material: PointMaterial::new(m),
             conditions: Conditions::new(&sample.mesh, &parameters.boundary),
+            surface: Surface::new(&sample.mesh, &sample.geometry),
             scheme: parameters.solver.time_scheme,
             tolerance: parameters.solver.newton_tolerance,
             stress_scale,
@@ -98,14 +112,19 @@ impl Stepper {
     /// The undeformed sample.
     pub fn undeformed(&self, time: f64) -> State {
         let (unknowns, elements) = (self.sample.mesh.unknowns(), self.sample.mesh.elements.len());
-        let branches = self.material.branches();
+        let (branches, nodes) = (self.material.branches(), self.surface.nodes().len());
+        let (x, contact) = (vec![0.0; unknowns], self.surface.touched());
         State {
             time,
-            x: vec![0.0; unknowns],
+            touch: self.surface.touch(&contact, &x),
+            contact,
+            x,
             trend: Trend::at_rest(unknowns),
             history: History::undeformed(elements, branches),
             outputs: Outputs::default(),
-            sensitivity: self.sensitivities.then(|| Sensitivity::undeformed(unknowns, elements, branches)),
+            sensitivity: self
+                .sensitivities
+                .then(|| Sensitivity::undeformed(unknowns, elements, branches, nodes)),
         }
     }
 
@@ -135,6 +154,7 @@ impl Stepper {
             && state.trend.unknowns() == state.x.len()
             && state.history.jacobian.len() == self.stage_history.jacobian.len()
             && state.history.cv_inverse.len() == self.stage_history.cv_inverse.len()
+            && self.surface.fits(&state.contact)
             && state.sensitivity.is_some() == self.sensitivities
     }
 
@@ -162,13 +182,14 @@ impl Stepper {
             let ahead = (stage.time - reached) * dt;
             let length = stage.fraction * dt;
             let indentation = start + velocity * stage.time * dt;
-            let from = new.x.clone();
+            let (from, touched) = (new.x.clone(), new.contact.clone());
             new.trend.extrapolate(&mut new.x, ahead);
-            let mut solved = self.solve(&mut new.x, length, indentation, statistics);
+            let mut solved = self.solve(&mut new, length, indentation, statistics);
             if solved.is_err() && new.x != from {
                 // The extrapolation may have been the reason.
                 new.x.clone_from(&from);
-                solved = self.solve(&mut new.x, length, indentation, statistics);
+                new.contact = touched;
+                solved = self.solve(&mut new, length, indentation, statistics);
             }
             solved?;
             new.trend.note(&from, &new.x, ahead);
@@ -178,7 +199,7 @@ impl Stepper {
                 self.faces(&mut new, length)?;
             }
             if let Some(sensitivity) = &mut new.sensitivity {
-                self.differentiate(&new.x, length, stage.reach, sensitivity, statistics)?;
+                self.differentiate(&new.x, &new.contact, length, stage.reach, sensitivity, statistics)?;
                 std::mem::swap(&mut self.stage_sensitivity, &mut sensitivity.history);
             }
             let integrals = self.update(&mut new, length, stage.reach)?;
@@ -201,11 +222,37 @@ impl Stepper {
         if let Some(sensitivity) = &mut new.sensitivity {
             std::mem::swap(&mut self.stage_sensitivity, &mut sensitivity.history);
         }
+        new.touch = self.surface.touch(&new.contact, &new.x);
         Ok(new)
     }
 
-    /// Solves one stage from `stage_history` and leaves the nodal forces in `raw_residual`.
+    /// Solves one stage from `stage_history`, finds which nodes are in contact and leaves the nodal forces in
+    /// `raw_residual`.
     fn solve(
+        &mut self,
+        new: &mut State,
+        dt: f64,
+        indentation: f64,
+        statistics: &mut Statistics,
+    ) -> Result<(), NewtonFailure> {
+        let slack =
+            Slack { force: NEGLIGIBLE_PULL * self.force_scale(), length: NEGLIGIBLE_GAP * self.length_scale };
+        let mut opened = vec![false; new.contact.corners().len()];
+        for _ in 0..=MAX_CHANGES {
+            self.conditions.apply(&self.surface, &new.contact);
+            self.equilibrate(&mut new.x, dt, indentation, statistics)?;
+            let (forces, mut contact) = (&self.raw_residual, new.contact.clone());
+            if !self.surface.change(&mut contact, &new.x, forces, indentation, slack, &mut opened) {
+                return Ok(());
+            }
+            self.differentiate_held(new, &contact, dt, statistics)?;
+            new.contact = contact;
+        }
+        Err(NewtonFailure::Contact)
+    }
+
+    /// Solves one stage for the nodes that are in contact.
+    fn equilibrate(
         &mut self,
         x: &mut [f64],
         dt: f64,
@@ -231,7 +278,8 @@ impl Stepper {
 
     fn faces(&self, new: &mut State, dt: f64) -> Result<(), NewtonFailure> {
         let stage = Stage { x: &new.x, old: &self.stage_history, dt };
-        let (fluid, traction) = self.sample.body(&self.material).face_forces(&stage)?;
+        let closed = self.surface.closed_points(&new.contact);
+        let (fluid, traction) = self.sample.body(&self.material).face_forces(&stage, &closed)?;
         new.outputs.force_fluid = fluid;
         new.outputs.force_traction = traction;
         Ok(())
@@ -292,8 +340,10 @@ impl System for StageSystem<'_> {
                     *r *= scale / self.energy_scale;
                     square += *r * *r;
                 }
-                Condition::Fixed => *r = x[unknown] / scale,
-                Condition::Punch => *r = (x[unknown] + self.indentation) / scale,
+                Condition::Fixed => *r = (x[unknown] - self.conditions.values[unknown]) / scale,
+                Condition::Punch => {
+                    *r = (x[unknown] + self.indentation - self.conditions.values[unknown]) / scale;
+                }
             }
         }
         Ok(square.sqrt())
