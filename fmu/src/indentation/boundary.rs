@@ -22,6 +22,8 @@ pub struct Conditions {
     pub unknowns: Vec<Condition>,
     /// What a fixed unknown is held at, or the height of the punch's profile above its tip (m, Pa).
     pub values: Vec<f64>,
+    /// Radial force over pressure of the nodes that slide against friction, by radial unknown.
+    pub drag: Vec<(usize, f64)>,
     /// Axial unknowns in contact, whose residuals sum to the reaction.
     pub punch: Vec<usize>,
     /// The conditions with all nodes of the face in contact, and with none.
@@ -73,12 +75,14 @@ impl Conditions {
         if boundary.drained_top {
             drain(&mut mesh.punch(), &mut |unknown| open[unknown] = Condition::Fixed);
         }
-        Self { unknowns: closed.clone(), values: vec![0.0; mesh.unknowns()], punch, closed, open }
+        let values = vec![0.0; mesh.unknowns()];
+        Self { unknowns: closed.clone(), values, drag: Vec::new(), punch, closed, open }
     }
 
     /// Takes over which nodes are in contact, and where they stick.
     pub fn apply(&mut self, surface: &Surface, contact: &Contact) {
         self.punch.clear();
+        self.drag.clear();
         for (index, node) in surface.in_mesh_order() {
             let closed = contact.is_closed(index);
             let from = if closed { &self.closed } else { &self.open };
@@ -90,6 +94,11 @@ impl Conditions {
                 self.punch.push(node.axial);
                 self.values[node.radial] = contact.held[index];
                 self.values[node.axial] = surface.height(index, contact);
+                let drag = surface.drag(index, contact);
+                if drag != 0.0 && self.open[node.radial] == Condition::Free {
+                    self.unknowns[node.radial] = Condition::Free;
+                    self.drag.push((node.radial, drag));
+                }
             }
         }
     }

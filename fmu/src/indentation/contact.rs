@@ -5,9 +5,15 @@
 //! consistent nodal forces of a quadratic element under uniform pressure are zero at some nodes, so tension
 //! is judged by the reaction against bilinear hat functions: a corner's own and half of its neighbours'. A
 //! mid-side node is in contact when both its corners are.
+//!
+//! A bonded face holds every node radially where it was touched. As long as it is touched everywhere nothing
+//! else matters; but at the edge of a partly opened face the shear of an unbreakable bond would grow without
+//! limit while the pressure vanishes. The bond therefore fails from open edges inwards: beside a corner that is
+//! open or slides, a corner whose shear exceeds the friction begins to slide against it, until its motion turns.
 
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
+use crate::parameters::BoundaryParameters;
 use serde::{Deserialize, Serialize};
 
 /// A node of the surface that the punch can reach.
@@ -30,15 +36,41 @@ pub struct Surface {
     nodes: Vec<SurfaceNode>,
     /// Their places in the order of the mesh's numbers.
     in_mesh_order: Vec<usize>,
+    /// Friction coefficient of a bonded face; a frictionless one has none.
+    friction: Option<f64>,
     /// The inner corner of the side on which each quadrature point of the face lies.
     sides: Vec<usize>,
 }
 
-/// Which nodes are in contact.
+/// How a corner of the surface is in contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Status {
+    /// Not at all.
+    Open,
+    /// Held radially by a bonded face; free to slide on a frictionless one.
+    Held,
+    /// Slides against the friction of a bonded face, which pushes the sample outwards.
+    PushedOutwards,
+    /// The same with friction that pushes inwards.
+    PushedInwards,
+}
+
+impl Status {
+    /// Radial force of the punch over its pressure, in units of the friction coefficient.
+    fn sign(self) -> f64 {
+        match self {
+            Self::Open | Self::Held => 0.0,
+            Self::PushedOutwards => 1.0,
+            Self::PushedInwards => -1.0,
+        }
+    }
+}
+
+/// Which nodes are in contact, and how.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     /// The corners, from the axis outwards.
-    closed: Vec<bool>,
+    corners: Vec<Status>,
     /// Radial displacement at which each node stuck when it was last touched (m).
     pub(super) held: Vec<f64>,
 }
@@ -54,13 +86,6 @@ pub struct Touch {
     pub level: f64,
 }
 
-/// A change of the set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Change {
-    Open(usize),
-    Close(usize),
-}
-
 /// Slacks below which nothing is pulled and nothing passes through the face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slack {
@@ -70,26 +95,64 @@ pub struct Slack {
     pub length: f64,
 }
 
+/// A solution for one set of nodes in contact.
+#[derive(Debug, Clone, Copy)]
+pub struct Trial<'a> {
+    /// Its unknowns.
+    pub x: &'a [f64],
+    /// The unknowns at the start of the stage.
+    pub from: &'a [f64],
+    /// Nodal forces.
+    pub forces: &'a [f64],
+    /// Indentation (m).
+    pub indentation: f64,
+    /// What is too small to matter.
+    pub slack: Slack,
+}
+
+/// What a stage already did to a corner, so that its set settles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Past {
+    opened: bool,
+    slid: bool,
+}
+
 impl Contact {
     /// Whether a node of the surface is in contact.
     pub fn is_closed(&self, node: usize) -> bool {
-        self.closed[node / 2] && self.closed[node.div_ceil(2)]
+        self.around(node).iter().all(|status| *status != Status::Open)
     }
 
-    /// Whether any node is.
+    /// Whether a node that is in contact is held radially by a bonded face.
+    pub fn is_held(&self, node: usize) -> bool {
+        self.around(node).iter().all(|status| *status == Status::Held)
+    }
+
+    /// Radial force of the punch on a node over its pressure, in units of the friction coefficient.
+    pub fn friction(&self, node: usize) -> f64 {
+        let [inner, outer] = self.around(node);
+        if outer.sign() == 0.0 { inner.sign() } else { outer.sign() }
+    }
+
+    /// The corner, twice, or the corners at both sides of a mid-side node.
+    fn around(&self, node: usize) -> [Status; 2] {
+        [self.corners[node / 2], self.corners[node.div_ceil(2)]]
+    }
+
+    /// Whether any node is in contact.
     pub fn any(&self) -> bool {
-        self.closed.contains(&true)
+        self.corners.iter().any(|status| *status != Status::Open)
     }
 
-    /// The corners in contact, from the axis outwards.
-    pub fn corners(&self) -> &[bool] {
-        &self.closed
+    /// The corners, from the axis outwards.
+    pub fn corners(&self) -> &[Status] {
+        &self.corners
     }
 }
 
 impl Surface {
     /// The nodes under the punch.
-    pub fn new(mesh: &Mesh, geometry: &Geometry) -> Self {
+    pub fn new(mesh: &Mesh, geometry: &Geometry, boundary: &BoundaryParameters) -> Self {
         let node = |n: u32| SurfaceNode {
             radius: mesh.nodes[n as usize][0],
             radial: mesh.displacement(n),
@@ -103,7 +166,8 @@ impl Surface {
         let in_mesh_order = numbered.iter().filter_map(place).collect();
         let inner = |radius: f64| nodes.iter().step_by(2).filter(|n| n.radius <= radius).count();
         let sides = geometry.face.iter().map(|p| inner(p.geometry.radius).saturating_sub(1)).collect();
-        Self { nodes, in_mesh_order, sides }
+        let friction = boundary.bonded_punch.then_some(boundary.friction);
+        Self { nodes, in_mesh_order, friction, sides }
     }
 
     /// The nodes, from the axis outwards.
@@ -118,17 +182,25 @@ impl Surface {
 
     /// The contact of the undeformed sample with a punch that just touches it.
     pub fn touched(&self) -> Contact {
-        Contact { closed: vec![true; self.nodes.len().div_ceil(2)], held: vec![0.0; self.nodes.len()] }
+        Contact {
+            corners: vec![Status::Held; self.nodes.len().div_ceil(2)],
+            held: vec![0.0; self.nodes.len()],
+        }
     }
 
     /// Whether a contact has this surface's number of nodes.
     pub fn fits(&self, contact: &Contact) -> bool {
-        contact.held.len() == self.nodes.len() && contact.closed.len() == self.nodes.len().div_ceil(2)
+        contact.held.len() == self.nodes.len() && contact.corners.len() == self.nodes.len().div_ceil(2)
     }
 
     /// Height of the punch's face above its tip where a node is in contact (m).
     pub fn height(&self, _node: usize, _contact: &Contact) -> f64 {
         0.0
+    }
+
+    /// Radial force of the punch on a sliding node over its pressure.
+    pub fn drag(&self, node: usize, contact: &Contact) -> f64 {
+        self.friction.unwrap_or(0.0) * contact.friction(node)
     }
 
     /// Whether each quadrature point of the face lies on a side in contact.
@@ -138,61 +210,71 @@ impl Surface {
 
     /// Where the surface lies with the unknowns `x`.
     pub fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
-        let open = self.nodes.iter().step_by(2).zip(&contact.closed).filter(|(_, closed)| !**closed);
+        let corners = self.nodes.iter().step_by(2).zip(&contact.corners);
+        let open = corners.filter(|(_, status)| **status == Status::Open);
         let clearance = open.map(|(node, _)| -x[node.axial]).fold(f64::INFINITY, f64::min);
         let level = self.nodes.iter().map(|n| x[n.axial]).sum::<f64>() / self.nodes.len() as f64;
         Touch { in_contact: contact.any(), clearance, level }
     }
 
-    /// Reaction of a corner against its hat function, positive when pressed (N); `forces` are the nodal ones.
-    fn pressed(&self, corner: usize, contact: &Contact, forces: &[f64]) -> f64 {
+    /// Radial force and pressure of the punch on a corner, against its hat function (N); `forces` are the nodal
+    /// ones.
+    fn reaction(&self, corner: usize, contact: &Contact, forces: &[f64]) -> (f64, f64) {
         let middle = 2 * corner;
         let neighbours = [middle.checked_sub(1), Some(middle + 1).filter(|&k| k < self.nodes.len())];
-        let half: f64 = neighbours
-            .into_iter()
-            .flatten()
-            .filter(|&k| contact.is_closed(k))
-            .map(|k| 0.5 * forces[self.nodes[k].axial])
-            .sum();
-        -(forces[self.nodes[middle].axial] + half)
+        let (mut radial, mut axial) = (forces[self.nodes[middle].radial], forces[self.nodes[middle].axial]);
+        for k in neighbours.into_iter().flatten().filter(|&k| contact.is_closed(k)) {
+            radial += 0.5 * forces[self.nodes[k].radial];
+            axial += 0.5 * forces[self.nodes[k].axial];
+        }
+        (radial, -axial)
     }
 
-    /// Changes the set where corners are pulled or pass through the face; `false` when there are none.
-    /// A corner that opened within the stage is in `opened` and stays open.
-    pub fn change(
-        &self,
-        contact: &mut Contact,
-        x: &[f64],
-        forces: &[f64],
-        indentation: f64,
-        slack: Slack,
-        opened: &mut [bool],
-    ) -> bool {
-        let change = |corner: usize| {
-            if contact.closed[corner] {
-                let pulled = self.pressed(corner, contact, forces) < -slack.force;
-                return pulled.then_some(Change::Open(corner));
-            }
-            let above_face = x[self.nodes[2 * corner].axial] + indentation;
-            (!opened[corner] && above_face > slack.length).then_some(Change::Close(corner))
-        };
-        let changes: Vec<Change> = (0..contact.closed.len()).filter_map(change).collect();
+    /// Whether the bond of a corner can fail: beside one that is open or slides.
+    fn at_open_edge(corner: usize, contact: &Contact) -> bool {
+        let neighbours = [corner.checked_sub(1), Some(corner + 1)];
+        let status = |k: usize| contact.corners.get(k).copied().unwrap_or(Status::Held);
+        neighbours.into_iter().flatten().any(|k| status(k) != Status::Held)
+    }
+
+    /// What becomes of a corner, if anything.
+    fn next(&self, corner: usize, contact: &Contact, trial: &Trial<'_>, past: Past) -> Option<Status> {
+        let node = &self.nodes[2 * corner];
+        let status = contact.corners[corner];
+        if status == Status::Open {
+            let above_face = trial.x[node.axial] + trial.indentation;
+            return (!past.opened && above_face > trial.slack.length).then_some(Status::Held);
+        }
+        let (shear, pressure) = self.reaction(corner, contact, trial.forces);
+        if pressure < -trial.slack.force {
+            return Some(Status::Open);
+        }
+        let Some(friction) = self.friction else { return None };
+        if status == Status::Held {
+            let slides = shear.abs() > friction * pressure + trial.slack.force;
+            let direction = if shear > 0.0 { Status::PushedOutwards } else { Status::PushedInwards };
+            return (!past.slid && slides && Self::at_open_edge(corner, contact)).then_some(direction);
+        }
+        let along_friction = (trial.x[node.radial] - trial.from[node.radial]) * status.sign();
+        (along_friction > trial.slack.length).then_some(Status::Held)
+    }
+
+    /// Changes the set where corners are pulled, pass through the face, or slide; `false` when nothing changes.
+    /// A corner that opened or slid within the stage, which `past` tells, does not close or slide again in it.
+    pub fn change(&self, contact: &mut Contact, trial: &Trial<'_>, past: &mut [Past]) -> bool {
         let before = contact.clone();
-        for &change in &changes {
-            match change {
-                Change::Open(corner) => {
-                    contact.closed[corner] = false;
-                    opened[corner] = true;
-                }
-                Change::Close(corner) => contact.closed[corner] = true,
-            }
+        for (corner, past) in past.iter_mut().enumerate() {
+            let Some(status) = self.next(corner, &before, trial, *past) else { continue };
+            contact.corners[corner] = status;
+            past.opened |= status == Status::Open;
+            past.slid |= status.sign() != 0.0;
         }
-        // A node that is touched sticks where it is.
+        // A node that is touched, or no longer slides, sticks where it is.
         for (k, node) in self.nodes.iter().enumerate() {
-            if contact.is_closed(k) && !before.is_closed(k) {
-                contact.held[k] = x[node.radial];
+            if contact.is_held(k) && !before.is_held(k) {
+                contact.held[k] = trial.x[node.radial];
             }
         }
-        !changes.is_empty()
+        before.corners != contact.corners
     }
 }

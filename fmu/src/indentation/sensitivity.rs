@@ -74,7 +74,7 @@ impl Stepper {
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let count = self.surface.nodes().len();
-        let newly = |k: usize| touched.is_closed(k) && !state.contact.is_closed(k);
+        let newly = |k: usize| touched.is_held(k) && !state.contact.is_held(k);
         let Some(sensitivity) = &mut state.sensitivity else { return Ok(()) };
         if !(0..count).any(newly) {
             return Ok(());
@@ -110,13 +110,16 @@ impl Stepper {
         let energy_scale = self.energy_scale();
         let nodes = self.surface.nodes();
         for (load, held) in loads.chunks_exact_mut(unknowns).zip(held.chunks_exact(nodes.len())) {
+            for &(radial, drag) in &self.conditions.drag {
+                load[radial] += drag * load[radial + 1];
+            }
             for ((value, scale), condition) in
                 load.iter_mut().zip(&self.column_scale).zip(&self.conditions.unknowns)
             {
                 *value = if *condition == Condition::Free { -*value * scale / energy_scale } else { 0.0 };
             }
             for (k, (node, held)) in nodes.iter().zip(held).enumerate() {
-                if contact.is_closed(k) && self.conditions.unknowns[node.radial] == Condition::Fixed {
+                if contact.is_held(k) && self.conditions.unknowns[node.radial] == Condition::Fixed {
                     load[node.radial] = held / self.column_scale[node.radial];
                 }
             }

@@ -1,7 +1,7 @@
 //! One time step of the sample under the punch.
 
 use super::boundary::{Condition, Conditions};
-use super::contact::{Contact, Slack, Surface, Touch};
+use super::contact::{Contact, Past, Slack, Status, Surface, Touch, Trial};
 use super::sample::Sample;
 use super::sensitivity::Sensitivity;
 use super::trend::Trend;
@@ -90,7 +90,7 @@ impl Stepper {
         Self {
             material: PointMaterial::new(m),
             conditions: Conditions::new(&sample.mesh, &parameters.boundary),
-            surface: Surface::new(&sample.mesh, &sample.geometry),
+            surface: Surface::new(&sample.mesh, &sample.geometry, &parameters.boundary),
             scheme: parameters.solver.time_scheme,
             tolerance: parameters.solver.newton_tolerance,
             stress_scale,
@@ -184,12 +184,12 @@ impl Stepper {
             let indentation = start + velocity * stage.time * dt;
             let (from, touched) = (new.x.clone(), new.contact.clone());
             new.trend.extrapolate(&mut new.x, ahead);
-            let mut solved = self.solve(&mut new, length, indentation, statistics);
+            let mut solved = self.solve(&mut new, &from, length, indentation, statistics);
             if solved.is_err() && new.x != from {
                 // The extrapolation may have been the reason.
                 new.x.clone_from(&from);
                 new.contact = touched;
-                solved = self.solve(&mut new, length, indentation, statistics);
+                solved = self.solve(&mut new, &from, length, indentation, statistics);
             }
             solved?;
             new.trend.note(&from, &new.x, ahead);
@@ -231,18 +231,23 @@ impl Stepper {
     fn solve(
         &mut self,
         new: &mut State,
+        from: &[f64],
         dt: f64,
         indentation: f64,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let slack =
             Slack { force: NEGLIGIBLE_PULL * self.force_scale(), length: NEGLIGIBLE_GAP * self.length_scale };
-        let mut opened = vec![false; new.contact.corners().len()];
+        let mut past = vec![Past::default(); new.contact.corners().len()];
         for _ in 0..=MAX_CHANGES {
             self.conditions.apply(&self.surface, &new.contact);
-            self.equilibrate(&mut new.x, dt, indentation, statistics)?;
-            let (forces, mut contact) = (&self.raw_residual, new.contact.clone());
-            if !self.surface.change(&mut contact, &new.x, forces, indentation, slack, &mut opened) {
+            let res = self.equilibrate(&mut new.x, dt, indentation, statistics);
+            if std::env::var("DBG").is_ok() { eprintln!("dt {dt:.2e} ind {indentation:.5e} set {:?} -> {:?} norms {:.1?}", new.contact.corners().iter().map(|c| match c { Status::Open=>'o', Status::Held=>'h', Status::PushedInwards=>'<', _=>'>'}).collect::<String>(), res, self.residual_norms);
+              if res.is_ok() && std::env::var("DBG2").is_ok() { let n=self.surface.nodes(); for k in (0..n.len()).rev().take(19) { eprintln!("   node {k} R {:.4e} ur {:.3e} uz {:.4e} fr {:.3e} fz {:.3e}", n[k].radius, new.x[n[k].radial], new.x[n[k].axial], self.raw_residual[n[k].radial], self.raw_residual[n[k].axial]); } } }
+            res?;
+            let (x, forces, mut contact) = (&new.x, &self.raw_residual, new.contact.clone());
+            let trial = Trial { x, from, forces, indentation, slack };
+            if !self.surface.change(&mut contact, &trial, &mut past) {
                 return Ok(());
             }
             self.differentiate_held(new, &contact, dt, statistics)?;
@@ -319,7 +324,14 @@ impl System for StageSystem<'_> {
             let (first, rows) = self.body.map.pattern.column(column);
             let scale = self.column_scale[column] / self.energy_scale;
             let mut reaction = 0.0;
-            for (value, &row) in values[first..].iter_mut().zip(rows) {
+            let values = &mut values[first..first + rows.len()];
+            for &(radial, drag) in &self.conditions.drag {
+                // The axial unknown of a node follows its radial one.
+                if let Ok(k) = rows.binary_search(&(radial as u32)) {
+                    values[k] += drag * values[k + 1];
+                }
+            }
+            for (value, &row) in values.iter_mut().zip(rows) {
                 let condition = self.conditions.unknowns[row as usize];
                 if condition == Condition::Punch {
                     reaction += *value;
@@ -331,6 +343,9 @@ impl System for StageSystem<'_> {
                 };
             }
             self.reaction_row[column] = reaction;
+        }
+        for &(radial, drag) in &self.conditions.drag {
+            residual[radial] += drag * residual[radial + 1];
         }
         let mut square = 0.0;
         for (unknown, r) in residual.iter_mut().enumerate() {
