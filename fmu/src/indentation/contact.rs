@@ -8,13 +8,19 @@
 //!
 //! A bonded face holds every node radially where it was touched. As long as it is touched everywhere nothing
 //! else matters; but at the edge of a partly opened face the shear of an unbreakable bond would grow without
-//! limit while the pressure vanishes. The bond therefore fails from open edges inwards: beside a corner that is
-//! open or slides, a corner whose shear exceeds the friction begins to slide against it, until its motion turns.
+//! limit while the pressure vanishes. The bond therefore fails from the edge inwards: where a corner is pulled, or
+//! beside a part that is open or slides and where the shear exceeds the friction, the surface begins to slide
+//! against the friction, until its motion turns. It does so in patches of at least a tenth of the punch's radius:
+//! the rings of small elements at the edge would be squeezed if they slid one by one.
 
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
 use crate::parameters::BoundaryParameters;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Least width of a patch over the punch's radius.
+const PATCH: f64 = 0.1;
 
 /// A node of the surface that the punch can reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +44,10 @@ pub struct Surface {
     in_mesh_order: Vec<usize>,
     /// Friction coefficient of a bonded face; a frictionless one has none.
     friction: Option<f64>,
+    /// Corners that slide together.
+    patches: Vec<Range<usize>>,
+    /// Length of the surface that each corner stands for (m).
+    lengths: Vec<f64>,
     /// The inner corner of the side on which each quadrature point of the face lies.
     sides: Vec<usize>,
 }
@@ -110,11 +120,13 @@ pub struct Trial<'a> {
     pub slack: Slack,
 }
 
-/// What a stage already did to a corner, so that its set settles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// What a stage already did, so that its set settles.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Past {
-    opened: bool,
-    slid: bool,
+    /// Corners that opened.
+    opened: Vec<bool>,
+    /// Patches that slid.
+    slid: Vec<bool>,
 }
 
 impl Contact {
@@ -144,6 +156,12 @@ impl Contact {
         self.corners.iter().any(|status| *status != Status::Open)
     }
 
+    /// Whether the same nodes are in contact, held or sliding.
+    pub fn touches_as(&self, other: &Self) -> bool {
+        let open = |status: &Status| *status == Status::Open;
+        self.corners.iter().map(open).eq(other.corners.iter().map(open))
+    }
+
     /// The corners, from the axis outwards.
     pub fn corners(&self) -> &[Status] {
         &self.corners
@@ -166,8 +184,10 @@ impl Surface {
         let in_mesh_order = numbered.iter().filter_map(place).collect();
         let inner = |radius: f64| nodes.iter().step_by(2).filter(|n| n.radius <= radius).count();
         let sides = geometry.face.iter().map(|p| inner(p.geometry.radius).saturating_sub(1)).collect();
+        let corners: Vec<f64> = nodes.iter().step_by(2).map(|n| n.radius).collect();
         let friction = boundary.bonded_punch.then_some(boundary.friction);
-        Self { nodes, in_mesh_order, friction, sides }
+        let (patches, lengths) = (patches(&corners), lengths(&corners));
+        Self { nodes, in_mesh_order, friction, patches, lengths, sides }
     }
 
     /// The nodes, from the axis outwards.
@@ -230,44 +250,78 @@ impl Surface {
         (radial, -axial)
     }
 
-    /// Whether the bond of a corner can fail: beside one that is open or slides.
-    fn at_open_edge(corner: usize, contact: &Contact) -> bool {
-        let neighbours = [corner.checked_sub(1), Some(corner + 1)];
-        let status = |k: usize| contact.corners.get(k).copied().unwrap_or(Status::Held);
-        neighbours.into_iter().flatten().any(|k| status(k) != Status::Held)
+    /// How the bond of a patch changes, if at all, and whether that cannot wait for the next stage.
+    fn bond(
+        &self,
+        patch: &Range<usize>,
+        contact: &Contact,
+        trial: &Trial<'_>,
+        slid: bool,
+    ) -> Option<(Status, bool)> {
+        let friction = self.friction?;
+        let is_closed = |k: &usize| contact.corners[*k] != Status::Open;
+        let status = contact.corners[patch.clone().find(is_closed)?];
+        if status != Status::Held {
+            let (mut motion, mut length) = (0.0, 0.0);
+            for k in patch.clone().filter(is_closed) {
+                let radial = self.nodes[2 * k].radial;
+                motion += self.lengths[k] * (trial.x[radial] - trial.from[radial]);
+                length += self.lengths[k];
+            }
+            let turned = motion * status.sign() > trial.slack.length * length;
+            return turned.then_some((Status::Held, false));
+        }
+        if slid {
+            return None;
+        }
+        let reactions = patch.clone().filter(is_closed).map(|k| self.reaction(k, contact, trial.forces));
+        let pulled = reactions.clone().any(|(_, pressure)| pressure < -trial.slack.force);
+        let (shear, pressure) = reactions.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
+        let neighbour = |k: usize| contact.corners.get(k).is_some_and(|status| *status != Status::Held);
+        let at_open_edge = patch.start.checked_sub(1).is_some_and(neighbour)
+            || neighbour(patch.end)
+            || patch.clone().any(neighbour);
+        let exceeds = shear.abs() > friction * pressure + trial.slack.force;
+        let direction = if shear > 0.0 { Status::PushedOutwards } else { Status::PushedInwards };
+        (pulled || at_open_edge && exceeds).then_some((direction, pulled))
     }
 
-    /// What becomes of a corner, if anything.
-    fn next(&self, corner: usize, contact: &Contact, trial: &Trial<'_>, past: Past) -> Option<Status> {
-        let node = &self.nodes[2 * corner];
-        let status = contact.corners[corner];
-        if status == Status::Open {
-            let above_face = trial.x[node.axial] + trial.indentation;
-            return (!past.opened && above_face > trial.slack.length).then_some(Status::Held);
-        }
-        let (shear, pressure) = self.reaction(corner, contact, trial.forces);
-        if pressure < -trial.slack.force {
-            return Some(Status::Open);
-        }
-        let Some(friction) = self.friction else { return None };
-        if status == Status::Held {
-            let slides = shear.abs() > friction * pressure + trial.slack.force;
-            let direction = if shear > 0.0 { Status::PushedOutwards } else { Status::PushedInwards };
-            return (!past.slid && slides && Self::at_open_edge(corner, contact)).then_some(direction);
-        }
-        let along_friction = (trial.x[node.radial] - trial.from[node.radial]) * status.sign();
-        (along_friction > trial.slack.length).then_some(Status::Held)
+    /// What happened before anything did.
+    pub fn no_past(&self) -> Past {
+        Past { opened: vec![false; self.lengths.len()], slid: vec![false; self.patches.len()] }
     }
 
-    /// Changes the set where corners are pulled, pass through the face, or slide; `false` when nothing changes.
-    /// A corner that opened or slid within the stage, which `past` tells, does not close or slide again in it.
-    pub fn change(&self, contact: &mut Contact, trial: &Trial<'_>, past: &mut [Past]) -> bool {
+    /// Changes the set where corners are pulled, pass through the face, or slide; `false` when the solution may
+    /// stand. A corner that opened within the stage, which `past` tells, does not close again in it, and a patch
+    /// slides at most once. What begins or ends to slide under pressure does so from the next stage on.
+    pub fn change(&self, contact: &mut Contact, trial: &Trial<'_>, past: &mut Past) -> bool {
         let before = contact.clone();
-        for (corner, past) in past.iter_mut().enumerate() {
-            let Some(status) = self.next(corner, &before, trial, *past) else { continue };
-            contact.corners[corner] = status;
-            past.opened |= status == Status::Open;
-            past.slid |= status.sign() != 0.0;
+        let mut solve_again = false;
+        for (patch, slid) in self.patches.iter().zip(&mut past.slid) {
+            if let Some((status, at_once)) = self.bond(patch, &before, trial, *slid) {
+                for k in patch.clone().filter(|&k| before.corners[k] != Status::Open) {
+                    contact.corners[k] = status;
+                }
+                *slid |= status != Status::Held;
+                solve_again |= at_once;
+                if at_once {
+                    // What is pulled may only have to slide out from under the edge.
+                    continue;
+                }
+            }
+            let closed = patch.clone().map(|k| contact.corners[k]).find(|status| *status != Status::Open);
+            for k in patch.clone() {
+                let is_open = before.corners[k] == Status::Open;
+                let above_face = trial.x[self.nodes[2 * k].axial] + trial.indentation;
+                if !is_open && self.reaction(k, &before, trial.forces).1 < -trial.slack.force {
+                    contact.corners[k] = Status::Open;
+                    past.opened[k] = true;
+                    solve_again = true;
+                } else if is_open && !past.opened[k] && above_face > trial.slack.length {
+                    contact.corners[k] = closed.unwrap_or(Status::Held);
+                    solve_again = true;
+                }
+            }
         }
         // A node that is touched, or no longer slides, sticks where it is.
         for (k, node) in self.nodes.iter().enumerate() {
@@ -275,6 +329,28 @@ impl Surface {
                 contact.held[k] = trial.x[node.radial];
             }
         }
-        before.corners != contact.corners
+        solve_again
     }
+}
+
+/// Corners in patches of at least [`PATCH`] of the outermost radius, gathered from the edge inwards.
+fn patches(radii: &[f64]) -> Vec<Range<usize>> {
+    let width = PATCH * radii.last().copied().unwrap_or(0.0);
+    let (mut patches, mut end) = (Vec::new(), radii.len());
+    let mut outer = radii.last().copied().unwrap_or(0.0);
+    for start in (0..radii.len()).rev() {
+        // A patch reaches half-way to the next corner inwards.
+        let inner = if start > 0 { 0.5 * (radii[start - 1] + radii[start]) } else { 0.0 };
+        if start == 0 || outer - inner >= width {
+            patches.push(start..end);
+            (end, outer) = (start, inner);
+        }
+    }
+    patches
+}
+
+/// Half the distances to both neighbours (m).
+fn lengths(radii: &[f64]) -> Vec<f64> {
+    let at = |k: usize| radii[k.min(radii.len() - 1)];
+    (0..radii.len()).map(|k| 0.5 * (at(k + 1) - at(k.saturating_sub(1)))).collect()
 }

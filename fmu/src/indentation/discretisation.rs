@@ -1,6 +1,6 @@
 //! What the punch's motion needs of a discretised sample.
 
-use super::contact::{Status, Touch};
+use super::contact::Touch;
 use super::step::{State, Stepper};
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::solver::newton::NewtonFailure;
@@ -46,8 +46,8 @@ pub trait Reached {
     fn sensitivities(&self) -> Vec<ForceSensitivity>;
     /// Where the surface lies with respect to the punch.
     fn touch(&self) -> Touch;
-    /// Which parts of the surface are in contact.
-    fn contact_set(&self) -> &[Status];
+    /// Whether the same parts of the surface are in contact.
+    fn touches_as(&self, other: &Self) -> bool;
 }
 
 impl Discretisation for Stepper {
@@ -98,7 +98,7 @@ impl Reached for State {
         self.touch
     }
 
-    fn contact_set(&self) -> &[Status] {
-        self.contact.corners()
+    fn touches_as(&self, other: &Self) -> bool {
+        self.contact.touches_as(&other.contact)
     }
 }

@@ -244,7 +244,7 @@ impl<S: Reached> Path<S> {
             let misfit = self.misfit(&state, force, |node| node.outputs.force);
             let error = misfit.map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
             // A change of contact is a kink that no step resolves: it need not become shorter than the first.
-            let changed = state.contact_set() != self.base.contact_set();
+            let changed = !state.touches_as(&self.base);
             let shortest = if changed { self.first_step } else { MIN_FRACTION * self.first_step };
             if let Some(error) = error.filter(|&e| e > REJECT && dt > shortest) {
                 statistics.cuts += 1;
@@ -296,7 +296,7 @@ impl<S: Reached> Path<S> {
         let growth = error.map_or(MAX_GROWTH, |e| (0.9 / e.cbrt()).clamp(MAX_SHRINK, MAX_GROWTH));
         statistics.steps += 1;
         self.next_step = dt * growth;
-        if state.contact_set() != self.base.contact_set() {
+        if !state.touches_as(&self.base) {
             let before = Node::of(&*self.base);
             self.start_anew(before);
         }

@@ -1,7 +1,7 @@
 //! One time step of the sample under the punch.
 
 use super::boundary::{Condition, Conditions};
-use super::contact::{Contact, Past, Slack, Status, Surface, Touch, Trial};
+use super::contact::{Contact, Slack, Surface, Touch, Trial};
 use super::sample::Sample;
 use super::sensitivity::Sensitivity;
 use super::trend::Trend;
@@ -23,6 +23,11 @@ use std::sync::Arc;
 const NEGLIGIBLE_PULL: f64 = 1e-7;
 /// A node closer to the punch's face than this fraction of the punch's radius touches it.
 const NEGLIGIBLE_GAP: f64 = 1e-8;
+/// Newton's method may stall at this residual.
+const STALLED: f64 = 1e-6;
+/// Part of a residual that is taken back first, and the smallest, when it cannot be taken back at once.
+const FIRST_RELEASE: f64 = 0.25;
+const SMALLEST_RELEASE: f64 = 0.005;
 /// A stage changes its nodes in contact at most as many times.
 const MAX_CHANGES: usize = 16;
 
@@ -188,11 +193,16 @@ impl Stepper {
             if solved.is_err() && new.x != from {
                 // The extrapolation may have been the reason.
                 new.x.clone_from(&from);
-                new.contact = touched;
+                new.contact.clone_from(&touched);
                 solved = self.solve(&mut new, &from, length, indentation, statistics);
             }
-            solved?;
-            new.trend.note(&from, &new.x, ahead);
+            let next = solved?;
+            if new.contact.touches_as(&touched) {
+                new.trend.note(&from, &new.x, ahead);
+            } else {
+                // What jumps with the contact does not go on.
+                new.trend = Trend::at_rest(from.len());
+            }
             let last = index + 1 == stages.len();
             let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
             if last {
@@ -202,6 +212,8 @@ impl Stepper {
                 self.differentiate(&new.x, &new.contact, length, stage.reach, sensitivity, statistics)?;
                 std::mem::swap(&mut self.stage_sensitivity, &mut sensitivity.history);
             }
+            self.differentiate_held(&mut new, &next, length, statistics)?;
+            new.contact = next;
             let integrals = self.update(&mut new, length, stage.reach)?;
             std::mem::swap(&mut self.stage_history, &mut new.history);
             let o = &mut new.outputs;
@@ -227,7 +239,7 @@ impl Stepper {
     }
 
     /// Solves one stage from `stage_history`, finds which nodes are in contact and leaves the nodal forces in
-    /// `raw_residual`.
+    /// `raw_residual`. Returns the contact from the end of the stage on.
     fn solve(
         &mut self,
         new: &mut State,
@@ -235,20 +247,17 @@ impl Stepper {
         dt: f64,
         indentation: f64,
         statistics: &mut Statistics,
-    ) -> Result<(), NewtonFailure> {
+    ) -> Result<Contact, NewtonFailure> {
         let slack =
             Slack { force: NEGLIGIBLE_PULL * self.force_scale(), length: NEGLIGIBLE_GAP * self.length_scale };
-        let mut past = vec![Past::default(); new.contact.corners().len()];
+        let mut past = self.surface.no_past();
         for _ in 0..=MAX_CHANGES {
             self.conditions.apply(&self.surface, &new.contact);
-            let res = self.equilibrate(&mut new.x, dt, indentation, statistics);
-            if std::env::var("DBG").is_ok() { eprintln!("dt {dt:.2e} ind {indentation:.5e} set {:?} -> {:?} norms {:.1?}", new.contact.corners().iter().map(|c| match c { Status::Open=>'o', Status::Held=>'h', Status::PushedInwards=>'<', _=>'>'}).collect::<String>(), res, self.residual_norms);
-              if res.is_ok() && std::env::var("DBG2").is_ok() { let n=self.surface.nodes(); for k in (0..n.len()).rev().take(19) { eprintln!("   node {k} R {:.4e} ur {:.3e} uz {:.4e} fr {:.3e} fz {:.3e}", n[k].radius, new.x[n[k].radial], new.x[n[k].axial], self.raw_residual[n[k].radial], self.raw_residual[n[k].axial]); } } }
-            res?;
+            self.find(&mut new.x, dt, indentation, statistics)?;
             let (x, forces, mut contact) = (&new.x, &self.raw_residual, new.contact.clone());
             let trial = Trial { x, from, forces, indentation, slack };
             if !self.surface.change(&mut contact, &trial, &mut past) {
-                return Ok(());
+                return Ok(contact);
             }
             self.differentiate_held(new, &contact, dt, statistics)?;
             new.contact = contact;
@@ -256,12 +265,69 @@ impl Stepper {
         Err(NewtonFailure::Contact)
     }
 
-    /// Solves one stage for the nodes that are in contact.
+    /// Solves one stage for the nodes that are in contact. Where Newton's method fails on a partly open face, the
+    /// residual it started from is taken back little by little.
+    fn find(
+        &mut self,
+        x: &mut Vec<f64>,
+        dt: f64,
+        indentation: f64,
+        statistics: &mut Statistics,
+    ) -> Result<(), NewtonFailure> {
+        let start = x.clone();
+        let Err(failure) = self.equilibrate(x, dt, indentation, None, statistics) else { return Ok(()) };
+        if matches!(failure, NewtonFailure::NotConverged { residual, .. } if residual < STALLED) {
+            // Crumpled elements, which a peeling edge leaves behind, round more than the tolerance allows.
+            self.misfit(x, dt, indentation)?;
+            return Ok(());
+        }
+        if self.conditions.drag.is_empty() && self.conditions.punch.len() == self.surface.nodes().len() {
+            return Err(failure);
+        }
+        x.clone_from(&start);
+        let misfit = self.misfit(x, dt, indentation)?;
+        let (mut left, mut cut) = (1.0, FIRST_RELEASE);
+        while left > 0.0 {
+            let reached = x.clone();
+            let next = f64::max(left - cut, 0.0);
+            if self.equilibrate(x, dt, indentation, Some((&misfit, next)), statistics).is_ok() {
+                (left, cut) = (next, 2.0 * cut);
+            } else if cut > SMALLEST_RELEASE {
+                *x = reached;
+                cut *= 0.25;
+            } else {
+                return Err(failure);
+            }
+        }
+        Ok(())
+    }
+
+    /// Dimensionless residual at `x`.
+    fn misfit(&mut self, x: &[f64], dt: f64, indentation: f64) -> Result<Vec<f64>, NewtonFailure> {
+        let (mut residual, mut values) = (vec![0.0; x.len()], vec![0.0; self.work.tangent().len()]);
+        let mut system = StageSystem {
+            body: self.sample.body(&self.material),
+            conditions: &self.conditions,
+            column_scale: &self.column_scale,
+            energy_scale: self.energy_scale(),
+            history: &self.stage_history,
+            dt,
+            indentation,
+            kept: None,
+            raw_residual: &mut self.raw_residual,
+            reaction_row: &mut self.reaction_row,
+        };
+        system.evaluate(x, &mut residual, &mut values).map_err(NewtonFailure::Inadmissible)?;
+        Ok(residual)
+    }
+
+    /// Newton's method on one stage; `kept` is a residual and how much of it remains.
     fn equilibrate(
         &mut self,
         x: &mut [f64],
         dt: f64,
         indentation: f64,
+        kept: Option<(&[f64], f64)>,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let energy_scale = self.energy_scale();
@@ -273,6 +339,7 @@ impl Stepper {
             history: &self.stage_history,
             dt,
             indentation,
+            kept,
             raw_residual: &mut self.raw_residual,
             reaction_row: &mut self.reaction_row,
         };
@@ -311,6 +378,8 @@ struct StageSystem<'a> {
     history: &'a History,
     dt: f64,
     indentation: f64,
+    /// A dimensionless residual and how much of it remains.
+    kept: Option<(&'a [f64], f64)>,
     raw_residual: &'a mut [f64],
     reaction_row: &'a mut [f64],
 }
@@ -347,18 +416,22 @@ impl System for StageSystem<'_> {
         for &(radial, drag) in &self.conditions.drag {
             residual[radial] += drag * residual[radial + 1];
         }
-        let mut square = 0.0;
         for (unknown, r) in residual.iter_mut().enumerate() {
             let scale = self.column_scale[unknown];
+            let value = self.conditions.values[unknown];
             match self.conditions.unknowns[unknown] {
-                Condition::Free => {
-                    *r *= scale / self.energy_scale;
-                    square += *r * *r;
-                }
-                Condition::Fixed => *r = (x[unknown] - self.conditions.values[unknown]) / scale,
-                Condition::Punch => {
-                    *r = (x[unknown] + self.indentation - self.conditions.values[unknown]) / scale;
-                }
+                Condition::Free => *r *= scale / self.energy_scale,
+                Condition::Fixed => *r = (x[unknown] - value) / scale,
+                Condition::Punch => *r = (x[unknown] + self.indentation - value) / scale,
+            }
+        }
+        if let Some((kept, part)) = self.kept {
+            residual.iter_mut().zip(kept).for_each(|(r, kept)| *r -= part * kept);
+        }
+        let mut square = 0.0;
+        for (r, condition) in residual.iter().zip(&self.conditions.unknowns) {
+            if *condition == Condition::Free {
+                square += r * r;
             }
         }
         Ok(square.sqrt())
