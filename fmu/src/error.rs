@@ -66,10 +66,10 @@ pub enum StepError {
         /// Height of the sample (m).
         sample_height: f64,
     },
-    /// The bonded punch would pull at the sample.
+    /// The punch of the three-dimensional model would pull at the sample.
     #[error(
         "at {time} s the retracting punch (displacement {displacement} m) would pull at the sample; \
-         lift-off after contact is not part of this model"
+         lift-off after contact is not part of the three-dimensional model"
     )]
     Retraction {
         /// Model time (s).

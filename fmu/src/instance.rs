@@ -1,7 +1,8 @@
 //! The native API: `Model -> Instance`, set displacement, advance, outputs, save and restore.
 
+use crate::indentation::discretisation::Discretisation;
 use crate::indentation::engine::{Discretised, Engine, EngineState};
-use crate::indentation::motion::{Discretisation, Path};
+use crate::indentation::motion::Path;
 use crate::outputs::ForceSensitivity;
 use crate::{Outputs, ParameterError, Parameters, Statistics, StepError};
 use serde::{Deserialize, Serialize};
@@ -142,7 +143,9 @@ impl Instance {
         }
         let Some(path) = &mut state.path else { return Ok(()) };
         let retraction = StepError::Retraction { time: end, displacement: to };
-        if to < 0.0 {
+        // Where the punch cannot leave the sample, it must not pull at it.
+        let bonded = !self.engine.separates();
+        if bonded && to < 0.0 {
             return Err(retraction);
         }
         if end > now {
@@ -152,7 +155,7 @@ impl Instance {
             state.outputs =
                 path.advance(&mut self.engine, solver, radius, (now, from), (end, to), statistics)?;
         }
-        if state.outputs.force_specimen < -TENSION * self.engine.force_scale() {
+        if bonded && state.outputs.force_specimen < -TENSION * self.engine.force_scale() {
             return Err(retraction);
         }
         Ok(())

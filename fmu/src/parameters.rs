@@ -151,6 +151,9 @@ pub struct BoundaryParameters {
     pub drained_punch: bool,
     /// u_r = 0 under the punch (full adhesion); otherwise frictionless.
     pub bonded_punch: bool,
+    /// Friction coefficient of a bonded punch [-]: the bond fails beside an open part of the face where the
+    /// shear exceeds this times the pressure.
+    pub friction: f64,
     /// u_r = 0 on the bottom (glued); otherwise it slides on its support.
     pub bonded_bottom: bool,
     /// u_r = 0 on the lateral surface (sample in a smooth rigid ring); otherwise it is free.
@@ -165,6 +168,7 @@ impl Default for BoundaryParameters {
             drained_top: true,
             drained_punch: false,
             bonded_punch: true,
+            friction: 1.0,
             bonded_bottom: true,
             confined_side: false,
         }
@@ -252,6 +256,7 @@ impl Parameters {
             within("mesh.growth", self.mesh.growth, 1.05, 10.0)?;
         }
         within("mesh.divisions", f64::from(self.mesh.divisions), 0.0, 64.0)?;
+        within("boundary.friction", self.boundary.friction, 0.0, 1e3)?;
         let s = &self.solver;
         if self.mesh.kind == MeshKind::Paper3d {
             if s.sensitivities {

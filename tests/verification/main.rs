@@ -2,6 +2,8 @@
 
 mod balance;
 mod consolidation;
+mod contact;
+mod contact_sensitivities;
 mod discretisation;
 mod effects;
 mod efficiency;

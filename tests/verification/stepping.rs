@@ -117,10 +117,6 @@ fn errors_leave_the_instance_usable() {
     assert!(matches!(instance.advance(0.1), Err(StepError::BadDisplacement(_))));
     instance.set_displacement(0.02);
     assert!(matches!(instance.advance(0.1), Err(StepError::TooDeep { .. })));
-    instance.set_displacement(-1e-4);
-    assert!(matches!(instance.advance(0.1), Err(StepError::Retraction { .. })));
-    instance.set_displacement(1e-5);
-    assert!(matches!(instance.advance(0.01), Err(StepError::Retraction { .. })));
     instance.restore(&before).unwrap();
     instance.set_displacement(2e-4);
     instance.advance(0.1).unwrap();

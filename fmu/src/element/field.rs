@@ -72,16 +72,17 @@ impl Body<'_> {
 
     /// Fluid force and traction integral over the punch's face (N), positive into the sample.
     ///
-    /// The traction is taken from the total Cauchy stress, extrapolated from the Gauss points to the face.
+    /// `closed` tells which of the face's points are in contact. The traction is taken from the total Cauchy stress, extrapolated from the Gauss points to the face.
     ///
     /// # Errors
     /// The first element that cannot be evaluated.
-    pub fn face_forces(&self, stage: &Stage<'_>) -> Result<(f64, f64), Inadmissible> {
+    pub fn face_forces(&self, stage: &Stage<'_>, closed: &[bool]) -> Result<(f64, f64), Inadmissible> {
         let Self { geometry, map, material } = self;
         let Stage { x, old, dt } = *stage;
         let (mut fluid, mut traction) = (0.0, 0.0);
         let branches = material.branches();
-        for FacePoint { element, xi, geometry: place } in &geometry.face {
+        let points = geometry.face.iter().zip(closed).filter(|(_, closed)| **closed);
+        for (FacePoint { element, xi, geometry: place }, _) in points {
             let failed = Inadmissible { element: *element };
             let x_e = map.gather(*element, x);
             let history = old.element(*element, branches);

@@ -60,7 +60,8 @@ impl Body<'_> {
         pulp::Arch::new().dispatch(UpdateSensitivity { body: self, x, reach, changes, old, flows, new })
     }
 
-    /// Change of the fluid force on the punch (N per unit), parameter by parameter.
+    /// Change of the fluid force on the punch (N per unit), parameter by parameter; `closed` tells which of the
+    /// face's points are in contact.
     ///
     /// # Errors
     /// The first element that cannot be evaluated.
@@ -68,10 +69,11 @@ impl Body<'_> {
         &self,
         x: &[f64],
         changes: &[f64],
+        closed: &[bool],
         fluid: &mut [f64],
     ) -> Result<(), Inadmissible> {
         fluid.fill(0.0);
-        for face in &self.geometry.face {
+        for (face, _) in self.geometry.face.iter().zip(closed).filter(|(_, closed)| **closed) {
             let failed = Inadmissible { element: face.element };
             let point = Point::at(&face.geometry, &self.map.gather(face.element, x)).ok_or(failed)?;
             // Nanson: the axial area is F_rr times the hoop stretch, and F_rr changes with all of the row l F.

@@ -1,5 +1,6 @@
-//! Which unknowns are prescribed.
+//! Which unknowns are prescribed, and to what.
 
+use super::contact::{Contact, Surface};
 use crate::mesh::Mesh;
 use crate::parameters::BoundaryParameters;
 
@@ -8,26 +9,33 @@ use crate::parameters::BoundaryParameters;
 pub enum Condition {
     /// Solved for.
     Free,
-    /// Zero.
+    /// Held at a value, mostly zero.
     Fixed,
-    /// Axial displacement of the punch's face: minus the indentation.
+    /// Axial displacement of the punch's face: minus the indentation, and the height of its profile.
     Punch,
 }
 
-/// Conditions of all unknowns while the punch is in contact.
+/// Conditions of all unknowns for one set of nodes in contact.
 #[derive(Debug, Clone)]
 pub struct Conditions {
     /// One per unknown.
     pub unknowns: Vec<Condition>,
-    /// Axial unknowns under the punch, whose residuals sum to the reaction.
+    /// What a fixed unknown is held at, or the height of the punch's profile above its tip (m, Pa).
+    pub values: Vec<f64>,
+    /// Radial force over pressure of the nodes that slide against friction, by radial unknown.
+    pub drag: Vec<(usize, f64)>,
+    /// Axial unknowns in contact, whose residuals sum to the reaction.
     pub punch: Vec<usize>,
+    /// The conditions with all nodes of the face in contact, and with none.
+    closed: Vec<Condition>,
+    open: Vec<Condition>,
 }
 
 impl Conditions {
-    /// The conditions of a parameter set on a mesh.
+    /// The conditions of a parameter set on a mesh, all of the punch's face in contact.
     pub fn new(mesh: &Mesh, boundary: &BoundaryParameters) -> Self {
-        let mut unknowns = vec![Condition::Free; mesh.unknowns()];
-        let mut fix = |unknown: usize| unknowns[unknown] = Condition::Fixed;
+        let mut open = vec![Condition::Free; mesh.unknowns()];
+        let mut fix = |unknown: usize| open[unknown] = Condition::Fixed;
         let drain = |nodes: &mut dyn Iterator<Item = u32>, fix: &mut dyn FnMut(usize)| {
             nodes.filter_map(|n| mesh.pressure(n)).for_each(fix);
         };
@@ -52,6 +60,8 @@ impl Conditions {
         if boundary.drained_top {
             drain(&mut mesh.free_top(), &mut fix);
         }
+        let mut closed = open.clone();
+        let mut fix = |unknown: usize| closed[unknown] = Condition::Fixed;
         if boundary.drained_punch {
             drain(&mut mesh.punch(), &mut fix);
         }
@@ -60,8 +70,36 @@ impl Conditions {
         }
         let punch: Vec<usize> = mesh.punch().map(|node| mesh.displacement(node) + 1).collect();
         for &unknown in &punch {
-            unknowns[unknown] = Condition::Punch;
+            closed[unknown] = Condition::Punch;
         }
-        Self { unknowns, punch }
+        if boundary.drained_top {
+            drain(&mut mesh.punch(), &mut |unknown| open[unknown] = Condition::Fixed);
+        }
+        let values = vec![0.0; mesh.unknowns()];
+        Self { unknowns: closed.clone(), values, drag: Vec::new(), punch, closed, open }
+    }
+
+    /// Takes over which nodes are in contact, and where they stick.
+    pub fn apply(&mut self, surface: &Surface, contact: &Contact) {
+        self.punch.clear();
+        self.drag.clear();
+        for (index, node) in surface.in_mesh_order() {
+            let closed = contact.is_closed(index);
+            let from = if closed { &self.closed } else { &self.open };
+            for unknown in [Some(node.radial), Some(node.axial), node.pressure].into_iter().flatten() {
+                self.unknowns[unknown] = from[unknown];
+                self.values[unknown] = 0.0;
+            }
+            if closed {
+                self.punch.push(node.axial);
+                self.values[node.radial] = contact.held[index];
+                self.values[node.axial] = surface.height(index, contact);
+                let drag = surface.drag(index, contact);
+                if drag != 0.0 && self.open[node.radial] == Condition::Free {
+                    self.unknowns[node.radial] = Condition::Free;
+                    self.drag.push((node.radial, drag));
+                }
+            }
+        }
     }
 }

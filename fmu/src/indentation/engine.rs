@@ -1,6 +1,7 @@
 //! The two discretisations behind one type: what an instance runs on.
 
-use super::motion::{Discretisation, Reached};
+use super::contact::Touch;
+use super::discretisation::{Discretisation, Reached};
 use super::sample::Sample;
 use super::step::{State, Stepper};
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
@@ -108,6 +109,13 @@ impl Discretisation for Engine {
         }
     }
 
+    fn separates(&self) -> bool {
+        match self {
+            Self::Axisymmetric(stepper) => stepper.separates(),
+            Self::Paper3d(stepper) => stepper.separates(),
+        }
+    }
+
     fn step(
         &mut self,
         old: &EngineState,
@@ -147,6 +155,20 @@ impl Reached for EngineState {
         match self {
             Self::Axisymmetric(state) => state.sensitivities(),
             Self::Paper3d(state) => state.sensitivities(),
+        }
+    }
+
+    fn touch(&self) -> Touch {
+        match self {
+            Self::Axisymmetric(state) => state.touch(),
+            Self::Paper3d(state) => state.touch(),
+        }
+    }
+
+    fn touches_as(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Axisymmetric(a), Self::Axisymmetric(b)) => a.touches_as(b),
+            _ => true,
         }
     }
 }

@@ -4,14 +4,17 @@
 //! master communicates: an instance integrates ahead with its own step sizes and interpolates. Only
 //! when the velocity changes is the state computed at that very time. The force therefore does not
 //! depend on how a master slices time.
+//!
+//! Off contact the sample is on its own and the punch's velocity does not matter; the steps follow the level of
+//! the surface, and the last one before the punch lands is as long as it takes to touch.
 
+pub use super::discretisation::{Discretisation, Reached};
 use super::load_cell::LoadCell;
-use super::step::{State, Stepper};
+use super::step::State;
 use crate::effect::EffectParameters;
 use crate::error::StepError;
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::SolverParameters;
-use crate::solver::newton::NewtonFailure;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -28,87 +31,12 @@ const REJECT: f64 = 8.0;
 const MAX_TRAVEL: f64 = 0.1;
 /// Steps below this fraction of the first one are hopeless.
 const MIN_FRACTION: f64 = 1e-6;
+/// Where the punch is while the sample is on its own (m): so far above it that nothing touches.
+const AWAY: f64 = -1e3;
+/// The punch has landed when its gap is below this fraction of the initial increment.
+const LANDED: f64 = 0.05;
 /// Nodes kept for interpolation.
 const NODES: usize = 4;
-
-/// What the path integrates: a discretised sample that makes one step at a time.
-pub trait Discretisation {
-    /// The sample at one time.
-    type State: Reached;
-
-    /// The undeformed sample.
-    fn undeformed(&self, time: f64) -> Self::State;
-
-    /// Whether a state has this discretisation's numbers of unknowns and history tensors.
-    fn fits(&self, state: &Self::State) -> bool;
-
-    /// A force that matters (N).
-    fn force_scale(&self) -> f64;
-
-    /// The state `dt` later, the punch moving from `start` (m) at `velocity` (m/s).
-    ///
-    /// # Errors
-    /// Why a stage has no solution.
-    fn step(
-        &mut self,
-        old: &Self::State,
-        start: f64,
-        velocity: f64,
-        dt: f64,
-        statistics: &mut Statistics,
-    ) -> Result<Self::State, NewtonFailure>;
-}
-
-/// What the path needs to know of a state.
-pub trait Reached {
-    /// Time (s).
-    fn time(&self) -> f64;
-    /// Results.
-    fn outputs(&self) -> Outputs;
-    /// Derivatives of the force, where they are computed.
-    fn sensitivities(&self) -> Vec<ForceSensitivity>;
-}
-
-impl Discretisation for Stepper {
-    type State = State;
-
-    fn undeformed(&self, time: f64) -> State {
-        self.undeformed(time)
-    }
-
-    fn fits(&self, state: &State) -> bool {
-        self.fits(state)
-    }
-
-    fn force_scale(&self) -> f64 {
-        self.force_scale()
-    }
-
-    fn step(
-        &mut self,
-        old: &State,
-        start: f64,
-        velocity: f64,
-        dt: f64,
-        statistics: &mut Statistics,
-    ) -> Result<State, NewtonFailure> {
-        self.step(old, start, velocity, dt, statistics)
-    }
-}
-
-impl Reached for State {
-    fn time(&self) -> f64 {
-        self.time
-    }
-
-    fn outputs(&self) -> Outputs {
-        self.outputs
-    }
-
-    fn sensitivities(&self) -> Vec<ForceSensitivity> {
-        self.sensitivity.as_ref().map(|s| s.forces.clone()).unwrap_or_default()
-    }
-}
 
 /// A piece of the path with constant velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -129,13 +57,20 @@ impl Piece {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Node {
     time: f64,
+    /// Mean axial displacement of the surface under the punch (m).
+    level: f64,
     outputs: Outputs,
     sensitivities: Vec<ForceSensitivity>,
 }
 
 impl Node {
     fn of(state: &impl Reached) -> Self {
-        Self { time: state.time(), outputs: state.outputs(), sensitivities: state.sensitivities() }
+        Self {
+            time: state.time(),
+            level: state.touch().level,
+            outputs: state.outputs(),
+            sensitivities: state.sensitivities(),
+        }
     }
 }
 
@@ -149,11 +84,14 @@ pub struct Path<S = State> {
     ahead: Option<Arc<S>>,
     /// Results at the last few step ends of this piece, oldest first.
     nodes: Vec<Node>,
+    /// Since when the response is smooth: the last change of velocity or of contact (s).
+    origin: f64,
     next_step: f64,
     first_step: f64,
     largest_force: f64,
     /// The load cell at the start of that step.
     cell: LoadCell,
+    deepest: f64,
 }
 
 impl<S: Reached> Path<S> {
@@ -165,10 +103,12 @@ impl<S: Reached> Path<S> {
             nodes: vec![Node::of(&*base)],
             base,
             ahead: None,
+            origin: time,
             next_step: f64::INFINITY,
             first_step: f64::INFINITY,
             largest_force: 0.0,
             cell: LoadCell::at_rest(&EffectParameters::default(), time),
+            deepest: 0.0,
         }
     }
 
@@ -199,13 +139,18 @@ impl<S: Reached> Path<S> {
     ) -> Result<Outputs, StepError> {
         let velocity = (to - from) / (end - now);
         if (self.piece.position(end) - to).abs() > 1e-9 * punch_radius {
-            self.settle(stepper, now, statistics)?;
-            let change = (velocity - self.piece.velocity).abs();
-            self.piece = Piece { start_time: now, start: from, velocity };
-            // Half the first communication step at most: between the first two nodes there is only a line.
-            self.first_step = (solver.initial_increment / change).min(0.5 * (end - now));
-            self.next_step = self.next_step.min(self.first_step);
-            self.nodes = vec![Node { time: now, ..Node::of(&*self.base) }];
+            let piece = Piece { start_time: now, start: from, velocity };
+            if !self.stays_free(&piece) {
+                self.settle(stepper, now, statistics)?;
+            }
+            if self.base.touch().in_contact {
+                let change = (velocity - self.piece.velocity).abs();
+                // Half the first communication step at most: between the first two nodes there is only a line.
+                self.first_step = (solver.initial_increment / change).min(0.5 * (end - now));
+                self.next_step = self.next_step.min(self.first_step);
+                self.start_anew(Node { time: now, ..Node::of(&*self.base) });
+            }
+            self.piece = piece;
         }
         let longest = (MAX_TRAVEL * punch_radius / velocity.abs()).min(solver.max_step);
         while self.ahead.as_ref().unwrap_or(&self.base).time() < end * (1.0 - 1e-14) {
@@ -213,8 +158,12 @@ impl<S: Reached> Path<S> {
                 self.follow(ahead.time());
                 self.base = ahead;
             }
-            self.next_step = self.next_step.min(longest);
-            self.step_ahead(stepper, solver, statistics)?;
+            if self.base.touch().in_contact || self.lands(solver, end) {
+                self.next_step = self.next_step.min(longest);
+                self.step_ahead(stepper, solver, statistics)?;
+            } else {
+                self.fly(stepper, solver, statistics)?;
+            }
         }
         let mut outputs = self.interpolate(end);
         outputs.displacement = to;
@@ -249,6 +198,38 @@ impl<S: Reached> Path<S> {
         self.cell = cell;
     }
 
+    /// Forgets the past: the response is smooth from `node` on.
+    fn start_anew(&mut self, node: Node) {
+        self.origin = node.time;
+        self.nodes = vec![node];
+    }
+
+    /// Distance from the punch to where it would touch the surface (m).
+    fn gap(&self, state: &S) -> f64 {
+        state.touch().clearance - self.piece.position(state.time())
+    }
+
+    /// Whether the punch touches nothing on a new piece of its path as far as the states go.
+    fn stays_free(&self, piece: &Piece) -> bool {
+        let states = || std::iter::once(&self.base).chain(&self.ahead);
+        let lowest =
+            states().map(|s| piece.position(s.time().max(piece.start_time))).fold(piece.start, f64::max);
+        states().all(|s| !s.touch().in_contact && s.touch().clearance > lowest)
+    }
+
+    /// Whether the punch, which was off contact, is at the surface; the steps then start small.
+    fn lands(&mut self, solver: &SolverParameters, end: f64) -> bool {
+        if self.gap(&self.base) > LANDED * solver.initial_increment {
+            return false;
+        }
+        let (node, velocity) = (Node::of(&*self.base), self.piece.velocity.max(0.0));
+        self.first_step =
+            (solver.initial_increment / velocity).min(0.5 * (end - node.time)).min(self.next_step);
+        self.next_step = self.first_step;
+        self.start_anew(node);
+        true
+    }
+
     /// Makes `base` the state at `now`.
     fn settle(
         &mut self,
@@ -265,15 +246,30 @@ impl<S: Reached> Path<S> {
                 self.nodes.pop();
             }
         }
+        let unsettled = self.base.time() < now * (1.0 - 1e-14);
         while self.base.time() < now * (1.0 - 1e-14) {
             let mut dt = now - self.base.time();
-            let state = self.attempt(stepper, &mut dt, statistics)?;
+            let (start, velocity) = self.motion();
+            let state = self.attempt(stepper, (start, velocity), &mut dt, statistics)?;
             self.base = Arc::new(state);
+        }
+        if unsettled {
+            let node = Node::of(&*self.base);
+            if self.nodes.is_empty() { self.start_anew(node) } else { self.keep(node) }
         }
         Ok(())
     }
 
-    /// One step beyond `base`, with error control.
+    /// Position and velocity of the punch from `base` on; off contact it is far away.
+    fn motion(&self) -> (f64, f64) {
+        if self.base.touch().in_contact {
+            (self.piece.position(self.base.time()), self.piece.velocity)
+        } else {
+            (AWAY, 0.0)
+        }
+    }
+
+    /// One step beyond `base` in contact, with error control.
     fn step_ahead(
         &mut self,
         stepper: &mut impl Discretisation<State = S>,
@@ -281,40 +277,93 @@ impl<S: Reached> Path<S> {
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
         let mut dt = self.next_step;
+        let motion = (self.piece.position(self.base.time()), self.piece.velocity);
         loop {
-            let state = self.attempt(stepper, &mut dt, statistics)?;
-            let scale =
-                state.outputs().force.abs().max(0.1 * self.largest_force).max(1e-3 * stepper.force_scale());
-            let error = self.misfit(&state).map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
+            let state = self.attempt(stepper, motion, &mut dt, statistics)?;
+            let force = state.outputs().force;
+            let scale = force.abs().max(0.1 * self.largest_force).max(1e-3 * stepper.force_scale());
+            let misfit = self.misfit(&state, force, |node| node.outputs.force);
+            let error = misfit.map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
+            // A change of contact is a kink that no step resolves: it need not become shorter than the first.
+            let changed = !state.touches_as(&self.base);
+            let shortest = if changed { self.first_step } else { MIN_FRACTION * self.first_step };
+            if let Some(error) = error.filter(|&e| e > REJECT && dt > shortest) {
+                statistics.cuts += 1;
+                dt *= (0.8 / error.cbrt()).max(MAX_SHRINK);
+                continue;
+            }
+            self.largest_force = self.largest_force.max(force.abs());
+            self.deepest = self.deepest.max(state.outputs().displacement);
+            self.accept(state, dt, error, statistics);
+            return Ok(());
+        }
+    }
+
+    /// One step beyond `base` off contact, which ends where the punch lands at the latest.
+    fn fly(
+        &mut self,
+        stepper: &mut impl Discretisation<State = S>,
+        solver: &SolverParameters,
+        statistics: &mut Statistics,
+    ) -> Result<(), StepError> {
+        let gap = self.gap(&self.base);
+        let mut dt = self.next_step.min(solver.max_step);
+        if self.piece.velocity > 0.0 {
+            dt = dt.min(gap / self.piece.velocity);
+        }
+        let scale = self.deepest.max(solver.initial_increment);
+        loop {
+            let state = self.attempt(stepper, (AWAY, 0.0), &mut dt, statistics)?;
+            let misfit = self.misfit(&state, state.touch().level, |node| node.level);
+            let error = misfit.map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
             if let Some(error) = error.filter(|&e| e > REJECT && dt > MIN_FRACTION * self.first_step) {
                 statistics.cuts += 1;
                 dt *= (0.8 / error.cbrt()).max(MAX_SHRINK);
                 continue;
             }
-            let growth = error.map_or(MAX_GROWTH, |e| (0.9 / e.cbrt()).clamp(MAX_SHRINK, MAX_GROWTH));
-            statistics.steps += 1;
-            self.next_step = dt * growth;
-            self.largest_force = self.largest_force.max(state.outputs().force.abs());
-            if self.nodes.len() == NODES {
-                self.nodes.remove(0);
+            let left = self.gap(&state);
+            if left < -LANDED * solver.initial_increment {
+                statistics.cuts += 1;
+                dt *= (gap / (gap - left)).clamp(0.05, 0.95);
+                continue;
             }
-            self.nodes.push(Node::of(&state));
-            self.ahead = Some(Arc::new(state));
+            self.accept(state, dt, error, statistics);
             return Ok(());
         }
     }
 
-    /// Steps from `base`, cutting `dt` until it converges.
+    /// Takes a state as the next one.
+    fn accept(&mut self, state: S, dt: f64, error: Option<f64>, statistics: &mut Statistics) {
+        let growth = error.map_or(MAX_GROWTH, |e| (0.9 / e.cbrt()).clamp(MAX_SHRINK, MAX_GROWTH));
+        statistics.steps += 1;
+        self.next_step = dt * growth;
+        if !state.touches_as(&self.base) {
+            let before = Node::of(&*self.base);
+            self.start_anew(before);
+        }
+        self.keep(Node::of(&state));
+        self.ahead = Some(Arc::new(state));
+    }
+
+    fn keep(&mut self, node: Node) {
+        if self.nodes.len() == NODES {
+            self.nodes.remove(0);
+        }
+        self.nodes.push(node);
+    }
+
+    /// Steps from `base` with the punch at `start` (m) and moving at `velocity` (m/s), cutting `dt` until it
+    /// converges.
     fn attempt(
         &self,
         stepper: &mut impl Discretisation<State = S>,
+        (start, velocity): (f64, f64),
         dt: &mut f64,
         statistics: &mut Statistics,
     ) -> Result<S, StepError> {
         let base = &self.base;
         loop {
-            let start = self.piece.position(base.time());
-            match stepper.step(base, start, self.piece.velocity, *dt, statistics) {
+            match stepper.step(base, start, velocity, *dt, statistics) {
                 Ok(state) => return Ok(state),
                 Err(reason) => {
                     statistics.cuts += 1;
@@ -331,15 +380,15 @@ impl<S: Reached> Path<S> {
         }
     }
 
-    /// Difference between a new force and the one extrapolated from the last nodes.
-    fn misfit(&self, state: &S) -> Option<f64> {
+    /// Difference between a new value and the one extrapolated from those of the last nodes.
+    fn misfit(&self, state: &S, value: f64, of: impl Fn(&Node) -> f64) -> Option<f64> {
         let known = &self.nodes[self.nodes.len().saturating_sub(NODES - 1)..];
         if known.len() < 2 {
             return None;
         }
         let extrapolated: f64 =
-            self.weights(known, state.time()).iter().zip(known).map(|(w, n)| w * n.outputs.force).sum();
-        Some((state.outputs().force - extrapolated).abs())
+            self.weights(known, state.time()).iter().zip(known).map(|(w, n)| w * of(n)).sum();
+        Some((value - extrapolated).abs())
     }
 
     fn interpolate(&self, time: f64) -> Outputs {
@@ -370,12 +419,12 @@ impl<S: Reached> Path<S> {
         sum
     }
 
-    /// Lagrange weights in the square root of the time since the change of velocity, in which both
+    /// Lagrange weights in the square root of the time since `origin`, in which both
     /// linear growth and seepage (square root of time) are polynomials; two nodes give a line in time.
     fn weights(&self, nodes: &[Node], time: f64) -> Vec<f64> {
         let root = nodes.len() > 2;
         let s = |t: f64| {
-            let since = t - self.piece.start_time;
+            let since = t - self.origin;
             if root { (since + self.first_step).max(0.0).sqrt() } else { since }
         };
         let x = s(time);

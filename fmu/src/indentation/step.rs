@@ -1,6 +1,7 @@
 //! One time step of the sample under the punch.
 
 use super::boundary::{Condition, Conditions};
+use super::contact::{Contact, Slack, Surface, Touch, Trial};
 use super::coupling;
 use super::sample::Sample;
 use super::sensitivity::Sensitivity;
@@ -20,6 +21,18 @@ use crate::solver::scheme::stages;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
+/// A pull below this fraction of the force scale opens no node.
+const NEGLIGIBLE_PULL: f64 = 1e-7;
+/// A node closer to the punch's face than this fraction of the punch's radius touches it.
+const NEGLIGIBLE_GAP: f64 = 1e-8;
+/// Newton's method may stall at this residual.
+const STALLED: f64 = 1e-6;
+/// Part of a residual that is taken back first, and the smallest, when it cannot be taken back at once.
+const FIRST_RELEASE: f64 = 0.25;
+const SMALLEST_RELEASE: f64 = 0.005;
+/// A stage changes its nodes in contact at most as many times.
+const MAX_CHANGES: usize = 16;
+
 /// The sample at one time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
@@ -31,6 +44,10 @@ pub struct State {
     pub trend: Trend,
     /// History at the integration points.
     pub history: History,
+    /// Which nodes are in contact with the punch.
+    pub contact: Contact,
+    /// Where the surface lies.
+    pub touch: Touch,
     /// Results.
     pub outputs: Outputs,
     /// Changes with the material's parameters, where they are asked for.
@@ -48,6 +65,7 @@ pub struct Stepper {
     /// Compliance of the machine (m/N).
     pub(super) compliance: f64,
     pub(super) conditions: Conditions,
+    pub(super) surface: Surface,
     scheme: TimeScheme,
     tolerance: f64,
     /// Stress scale (Pa) and length scale (m) that make the system dimensionless.
@@ -91,6 +109,11 @@ impl Stepper {
             shear_layer: effect.slip.stiffness(),
             compliance: effect.compliance.per_newton,
             conditions: Conditions::new(&sample.mesh, &effect.slip.boundary(&parameters.boundary)),
+            surface: Surface::new(
+                &sample.mesh,
+                &sample.geometry,
+                &effect.slip.boundary(&parameters.boundary),
+            ),
             scheme: parameters.solver.time_scheme,
             tolerance: parameters.solver.newton_tolerance,
             stress_scale,
@@ -113,14 +136,19 @@ impl Stepper {
     /// The undeformed sample.
     pub fn undeformed(&self, time: f64) -> State {
         let (unknowns, elements) = (self.sample.mesh.unknowns(), self.sample.mesh.elements.len());
-        let branches = self.material.branches();
+        let (branches, nodes) = (self.material.branches(), self.surface.nodes().len());
+        let (x, contact) = (vec![0.0; unknowns], self.surface.touched());
         State {
             time,
-            x: vec![0.0; unknowns],
+            touch: self.surface.touch(&contact, &x),
+            contact,
+            x,
             trend: Trend::at_rest(unknowns),
             history: History::undeformed(elements, branches).remembering(self.material.softening.is_some()),
             outputs: Outputs::default(),
-            sensitivity: self.sensitivities.then(|| Sensitivity::undeformed(unknowns, elements, branches)),
+            sensitivity: self
+                .sensitivities
+                .then(|| Sensitivity::undeformed(unknowns, elements, branches, nodes)),
         }
     }
 
@@ -151,6 +179,7 @@ impl Stepper {
             && state.history.jacobian.len() == self.stage_history.jacobian.len()
             && state.history.cv_inverse.len() == self.stage_history.cv_inverse.len()
             && state.history.past_strain.len() == self.stage_history.past_strain.len()
+            && self.surface.fits(&state.contact)
             && state.sensitivity.is_some() == self.sensitivities
     }
 
@@ -181,25 +210,33 @@ impl Stepper {
             if let Some((material, effect)) = &self.drifting {
                 self.material = PointMaterial::with_effects(material, effect, old.time + stage.time * dt);
             }
-            let from = new.x.clone();
+            let (from, touched) = (new.x.clone(), new.contact.clone());
             new.trend.extrapolate(&mut new.x, ahead);
-            let mut solved = self.solve(&mut new.x, length, indentation, statistics);
+            let mut solved = self.solve(&mut new, &from, length, indentation, statistics);
             if solved.is_err() && new.x != from {
                 // The extrapolation may have been the reason.
                 new.x.clone_from(&from);
-                solved = self.solve(&mut new.x, length, indentation, statistics);
+                new.contact.clone_from(&touched);
+                solved = self.solve(&mut new, &from, length, indentation, statistics);
             }
-            solved?;
-            new.trend.note(&from, &new.x, ahead);
+            let next = solved?;
+            if new.contact.touches_as(&touched) {
+                new.trend.note(&from, &new.x, ahead);
+            } else {
+                // What jumps with the contact does not go on.
+                new.trend = Trend::at_rest(from.len());
+            }
             let last = index + 1 == stages.len();
             let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
             if last {
                 self.faces(&mut new, length)?;
             }
             if let Some(sensitivity) = &mut new.sensitivity {
-                self.differentiate(&new.x, length, stage.reach, sensitivity, statistics)?;
+                self.differentiate(&new.x, &new.contact, length, stage.reach, sensitivity, statistics)?;
                 std::mem::swap(&mut self.stage_sensitivity, &mut sensitivity.history);
             }
+            self.differentiate_held(&mut new, &next, length, statistics)?;
+            new.contact = next;
             let integrals = self.update(&mut new, length, stage.reach)?;
             std::mem::swap(&mut self.stage_history, &mut new.history);
             let o = &mut new.outputs;
@@ -224,15 +261,102 @@ impl Stepper {
         if let Some(sensitivity) = &mut new.sensitivity {
             std::mem::swap(&mut self.stage_sensitivity, &mut sensitivity.history);
         }
+        new.touch = self.surface.touch(&new.contact, &new.x);
         Ok(new)
     }
 
-    /// Solves one stage from `stage_history` and leaves the nodal forces in `raw_residual`.
+    /// Solves one stage from `stage_history`, finds which nodes are in contact and leaves the nodal forces in
+    /// `raw_residual`. Returns the contact from the end of the stage on.
     fn solve(
+        &mut self,
+        new: &mut State,
+        from: &[f64],
+        dt: f64,
+        indentation: f64,
+        statistics: &mut Statistics,
+    ) -> Result<Contact, NewtonFailure> {
+        let slack =
+            Slack { force: NEGLIGIBLE_PULL * self.force_scale(), length: NEGLIGIBLE_GAP * self.length_scale };
+        let mut past = self.surface.no_past();
+        for _ in 0..=MAX_CHANGES {
+            self.conditions.apply(&self.surface, &new.contact);
+            self.find(&mut new.x, dt, indentation, statistics)?;
+            let (x, forces, mut contact) = (&new.x, &self.raw_residual, new.contact.clone());
+            let trial = Trial { x, from, forces, indentation, slack };
+            if !self.surface.change(&mut contact, &trial, &mut past) {
+                return Ok(contact);
+            }
+            self.differentiate_held(new, &contact, dt, statistics)?;
+            new.contact = contact;
+        }
+        Err(NewtonFailure::Contact)
+    }
+
+    /// Solves one stage for the nodes that are in contact. Where Newton's method fails on a partly open face, the
+    /// residual it started from is taken back little by little.
+    fn find(
+        &mut self,
+        x: &mut Vec<f64>,
+        dt: f64,
+        indentation: f64,
+        statistics: &mut Statistics,
+    ) -> Result<(), NewtonFailure> {
+        let start = x.clone();
+        let Err(failure) = self.equilibrate(x, dt, indentation, None, statistics) else { return Ok(()) };
+        if matches!(failure, NewtonFailure::NotConverged { residual, .. } if residual < STALLED) {
+            // Crumpled elements, which a peeling edge leaves behind, round more than the tolerance allows.
+            self.misfit(x, dt, indentation)?;
+            return Ok(());
+        }
+        if self.conditions.drag.is_empty() && self.conditions.punch.len() == self.surface.nodes().len() {
+            return Err(failure);
+        }
+        x.clone_from(&start);
+        let misfit = self.misfit(x, dt, indentation)?;
+        let (mut left, mut cut) = (1.0, FIRST_RELEASE);
+        while left > 0.0 {
+            let reached = x.clone();
+            let next = f64::max(left - cut, 0.0);
+            if self.equilibrate(x, dt, indentation, Some((&misfit, next)), statistics).is_ok() {
+                (left, cut) = (next, 2.0 * cut);
+            } else if cut > SMALLEST_RELEASE {
+                *x = reached;
+                cut *= 0.25;
+            } else {
+                return Err(failure);
+            }
+        }
+        Ok(())
+    }
+
+    /// Dimensionless residual at `x`.
+    fn misfit(&mut self, x: &[f64], dt: f64, indentation: f64) -> Result<Vec<f64>, NewtonFailure> {
+        let (mut residual, mut values) = (vec![0.0; x.len()], vec![0.0; self.work.tangent().len()]);
+        let mut system = StageSystem {
+            body: self.sample.body(&self.material),
+            conditions: &self.conditions,
+            column_scale: &self.column_scale,
+            energy_scale: self.energy_scale(),
+            history: &self.stage_history,
+            dt,
+            indentation,
+            shear_layer: self.shear_layer,
+            compliance: self.compliance,
+            kept: None,
+            raw_residual: &mut self.raw_residual,
+            reaction_row: &mut self.reaction_row,
+        };
+        system.evaluate(x, &mut residual, &mut values).map_err(NewtonFailure::Inadmissible)?;
+        Ok(residual)
+    }
+
+    /// Newton's method on one stage; `kept` is a residual and how much of it remains.
+    fn equilibrate(
         &mut self,
         x: &mut [f64],
         dt: f64,
         indentation: f64,
+        kept: Option<(&[f64], f64)>,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let energy_scale = self.energy_scale();
@@ -246,6 +370,7 @@ impl Stepper {
             indentation,
             shear_layer: self.shear_layer,
             compliance: self.compliance,
+            kept,
             raw_residual: &mut self.raw_residual,
             reaction_row: &mut self.reaction_row,
         };
@@ -256,7 +381,8 @@ impl Stepper {
 
     fn faces(&self, new: &mut State, dt: f64) -> Result<(), NewtonFailure> {
         let stage = Stage { x: &new.x, old: &self.stage_history, dt };
-        let (fluid, traction) = self.sample.body(&self.material).face_forces(&stage)?;
+        let closed = self.surface.closed_points(&new.contact);
+        let (fluid, traction) = self.sample.body(&self.material).face_forces(&stage, &closed)?;
         new.outputs.force_fluid = fluid;
         new.outputs.force_traction = traction;
         Ok(())
@@ -285,6 +411,8 @@ struct StageSystem<'a> {
     indentation: f64,
     shear_layer: Option<f64>,
     compliance: f64,
+    /// A dimensionless residual and how much of it remains.
+    kept: Option<(&'a [f64], f64)>,
     raw_residual: &'a mut [f64],
     reaction_row: &'a mut [f64],
 }
@@ -307,7 +435,14 @@ impl System for StageSystem<'_> {
             let (first, rows) = self.body.map.pattern.column(column);
             let scale = self.column_scale[column] / self.energy_scale;
             let mut reaction = 0.0;
-            for (value, &row) in values[first..].iter_mut().zip(rows) {
+            let values = &mut values[first..first + rows.len()];
+            for &(radial, drag) in &self.conditions.drag {
+                // The axial unknown of a node follows its radial one.
+                if let Ok(k) = rows.binary_search(&(radial as u32)) {
+                    values[k] += drag * values[k + 1];
+                }
+            }
+            for (value, &row) in values.iter_mut().zip(rows) {
                 let condition = self.conditions.unknowns[row as usize];
                 if condition == Condition::Punch {
                     reaction += *value;
@@ -320,16 +455,25 @@ impl System for StageSystem<'_> {
             }
             self.reaction_row[column] = reaction;
         }
-        let mut square = 0.0;
+        for &(radial, drag) in &self.conditions.drag {
+            residual[radial] += drag * residual[radial + 1];
+        }
         for (unknown, r) in residual.iter_mut().enumerate() {
             let scale = self.column_scale[unknown];
+            let value = self.conditions.values[unknown];
             match self.conditions.unknowns[unknown] {
-                Condition::Free => {
-                    *r *= scale / self.energy_scale;
-                    square += *r * *r;
-                }
-                Condition::Fixed => *r = x[unknown] / scale,
-                Condition::Punch => *r = (x[unknown] + indentation) / scale,
+                Condition::Free => *r *= scale / self.energy_scale,
+                Condition::Fixed => *r = (x[unknown] - value) / scale,
+                Condition::Punch => *r = (x[unknown] + indentation - value) / scale,
+            }
+        }
+        if let Some((kept, part)) = self.kept {
+            residual.iter_mut().zip(kept).for_each(|(r, kept)| *r -= part * kept);
+        }
+        let mut square = 0.0;
+        for (r, condition) in residual.iter().zip(&self.conditions.unknowns) {
+            if *condition == Condition::Free {
+                square += r * r;
             }
         }
         if self.compliance != 0.0 {

@@ -8,7 +8,8 @@ use super::newton::{self, Workspace};
 use super::point::SolidMaterial;
 use super::sample::SolidSample;
 use crate::indentation::boundary::Condition;
-use crate::indentation::motion::{Discretisation, Reached};
+use crate::indentation::contact::Touch;
+use crate::indentation::discretisation::{Discretisation, Reached};
 use crate::indentation::trend::Trend;
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::{Parameters, TimeScheme};
@@ -288,6 +289,10 @@ impl Discretisation for SolidStepper {
         self.force_scale()
     }
 
+    fn separates(&self) -> bool {
+        false
+    }
+
     fn step(
         &mut self,
         old: &SolidState,
@@ -312,5 +317,14 @@ impl Reached for SolidState {
     /// Not computed in three dimensions.
     fn sensitivities(&self) -> Vec<ForceSensitivity> {
         Vec::new()
+    }
+
+    /// The punch's face stays where it is put.
+    fn touch(&self) -> Touch {
+        Touch { in_contact: true, ..Touch::default() }
+    }
+
+    fn touches_as(&self, _other: &Self) -> bool {
+        true
     }
 }

@@ -24,6 +24,9 @@ pub enum NewtonFailure {
     /// A state to step from that another discretisation made.
     #[error("the state belongs to another discretisation")]
     ForeignState,
+    /// The set of nodes in contact keeps changing.
+    #[error("the contact with the punch does not settle")]
+    Contact,
     /// The residual did not fall below the tolerance.
     #[error("the scaled residual stays at {residual:.1e} after {iterations} iterations")]
     NotConverged {

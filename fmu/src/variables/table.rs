@@ -391,8 +391,16 @@ const BOUNDARY: &[Variable] = &[
     ),
     flag(
         "boundary.bonded_punch",
-        "The sample sticks to the punch; otherwise it slides without friction",
+        "The sample sticks to the punch until the punch pulls at it; otherwise it slides without friction",
         field!(Boolean, padded.boundary.bonded_punch),
+    ),
+    real(
+        "boundary.friction",
+        "Friction coefficient of a bonded punch: where the face begins to open, the bond fails and the sample \
+             slides once its shear exceeds this times the pressure",
+        &ONE,
+        (0.0, 1000.0),
+        field!(Real, padded.boundary.friction),
     ),
     flag(
         "boundary.bonded_bottom",

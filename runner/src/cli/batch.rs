@@ -46,7 +46,7 @@ struct Set {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
-    let motion = motion(&arguments.protocol, arguments.points)?;
+    let motion = motion(&arguments.protocol, None, arguments.points)?;
     let cache = arguments.out.join("cache");
     let engine = arguments.engine.engine(&arguments.record, false, Some(cache), stop)?;
     let common = settings_from(engine.wiring(), &arguments.engine.settings())?;

@@ -16,20 +16,26 @@ pub struct Motion {
     pub time_s: Arc<[f64]>,
 }
 
-/// `P1`, `P2` (first cycle to the end of the hold) or the path of a CSV file.
+/// `P1`, `P2` (that many complete cycles, or the first one to the end of the hold) or the path of a CSV file.
 ///
 /// # Errors
-/// When the file cannot be used.
-pub fn motion(text: &str, points: usize) -> Result<Motion, Box<dyn std::error::Error>> {
+/// When the file cannot be used, or cycles are asked of it.
+pub fn motion(text: &str, cycles: Option<i32>, points: usize) -> Result<Motion, Box<dyn std::error::Error>> {
     let named = match text {
         "P1" => Some(Trapezoid::p1()),
         "P2" => Some(Trapezoid::p2()),
         _ => None,
     };
     if let Some(trapezoid) = named {
-        let protocol = trapezoid.first_hold()?;
+        let protocol = match cycles {
+            Some(cycles) => Trapezoid { cycles, ..trapezoid }.protocol()?,
+            None => trapezoid.first_hold()?,
+        };
         let time_s = output_times(&protocol, points).into();
         return Ok(Motion { name: text.to_owned(), protocol: Arc::new(protocol), time_s });
+    }
+    if cycles.is_some() {
+        return Err(format!("--cycles belongs to P1 and P2: {text} has those that are in it").into());
     }
     let path = Path::new(text);
     if !path.exists() {
@@ -66,11 +72,19 @@ mod tests {
 
     #[test]
     fn output_times_increase_and_hit_the_corners() {
-        let motion = motion("P2", 200).unwrap();
+        let motion = motion("P2", None, 200).unwrap();
         assert!(motion.time_s.windows(2).all(|w| w[0] < w[1]));
         for &(corner, _) in motion.protocol.points() {
             assert!(motion.time_s.contains(&corner));
         }
         assert_eq!(motion.time_s.len(), 201);
+    }
+
+    #[test]
+    fn cycles_are_complete() {
+        let motion = motion("P1", Some(6), 720).unwrap();
+        assert_eq!(motion.protocol.points().len(), 1 + 6 * 6);
+        assert_eq!(motion.time_s.last(), Some(&motion.protocol.end_time()));
+        assert!(super::motion("data.csv", Some(6), 10).is_err());
     }
 }

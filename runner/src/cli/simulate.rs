@@ -27,6 +27,9 @@ pub struct Arguments {
     /// material parameter); all but the derivatives with `all`
     #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "force_solid,force_fluid")]
     record: Vec<String>,
+    /// Complete cycles of P1 or P2, with unloading and rests; without it, the first cycle to the end of the hold
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(i32).range(1..=1000))]
+    cycles: Option<i32>,
     /// Number of output times for P1 and P2 (a file's own times are used otherwise)
     #[arg(long, value_name = "N", default_value_t = 300)]
     points: usize,
@@ -36,7 +39,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
-    let motion = motion(&arguments.motion, arguments.points)?;
+    let motion = motion(&arguments.motion, arguments.cycles, arguments.points)?;
     let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };
     let engine = single.engine(&arguments.record, false, None, stop)?;
     for name in &arguments.record {

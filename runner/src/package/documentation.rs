@@ -45,8 +45,8 @@ pub fn documentation() -> String {
          <style>{STYLE}</style></head><body>\n<h1>poropunch {}</h1>\n\
          <p>A flat cylindrical punch is pressed into a soft, water-saturated disc: finite-strain biphasic \
          theory, Ogden equilibrium, viscous branches, Darcy flow. SI units; displacement and force are \
-         positive into the sample. A branch with <code>mu = 0</code> is absent. Pulling at the sample \
-         (retraction after contact) is an error.</p>\n{USE}{}{}{}</body></html>\n",
+         positive into the sample. A branch with <code>mu = 0</code> is absent. The punch may \
+         retract and touch again; it never pulls at the sample.</p>\n{USE}{}{}{}</body></html>\n",
         env!("CARGO_PKG_VERSION"),
         section("Inputs", Causality::Input),
         section("Outputs", Causality::Output),

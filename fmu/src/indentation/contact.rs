@@ -1,0 +1,356 @@
+//! Unilateral contact of the punch with the surface: which nodes touch, and where they stick.
+//!
+//! An active set over the nodes that the punch can reach. A node in contact has the axial displacement of
+//! the punch's face; it opens when it would be pulled, and closes when it would pass through the face. The
+//! consistent nodal forces of a quadratic element under uniform pressure are zero at some nodes, so tension
+//! is judged by the reaction against bilinear hat functions: a corner's own and half of its neighbours'. A
+//! mid-side node is in contact when both its corners are.
+//!
+//! A bonded face holds every node radially where it was touched. As long as it is touched everywhere nothing
+//! else matters; but at the edge of a partly opened face the shear of an unbreakable bond would grow without
+//! limit while the pressure vanishes. The bond therefore fails from the edge inwards: where a corner is pulled, or
+//! beside a part that is open or slides and where the shear exceeds the friction, the surface begins to slide
+//! against the friction, until its motion turns. It does so in patches of at least a tenth of the punch's radius:
+//! the rings of small elements at the edge would be squeezed if they slid one by one.
+
+use crate::element::geometry::Geometry;
+use crate::mesh::Mesh;
+use crate::parameters::BoundaryParameters;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Least width of a patch over the punch's radius.
+const PATCH: f64 = 0.1;
+
+/// A node of the surface that the punch can reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceNode {
+    /// Distance from the axis in the undeformed sample (m).
+    pub radius: f64,
+    /// Unknown `u_r`.
+    pub radial: usize,
+    /// Unknown `u_z`.
+    pub axial: usize,
+    /// Unknown pressure, at corners.
+    pub pressure: Option<usize>,
+}
+
+/// The part of the surface that the punch can reach.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    /// From the axis outwards: corner, mid-side node, corner, ..., corner.
+    nodes: Vec<SurfaceNode>,
+    /// Their places in the order of the mesh's numbers.
+    in_mesh_order: Vec<usize>,
+    /// Friction coefficient of a bonded face; a frictionless one has none.
+    friction: Option<f64>,
+    /// Corners that slide together.
+    patches: Vec<Range<usize>>,
+    /// Length of the surface that each corner stands for (m).
+    lengths: Vec<f64>,
+    /// The inner corner of the side on which each quadrature point of the face lies.
+    sides: Vec<usize>,
+}
+
+/// How a corner of the surface is in contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Status {
+    /// Not at all.
+    Open,
+    /// Held radially by a bonded face; free to slide on a frictionless one.
+    Held,
+    /// Slides against the friction of a bonded face, which pushes the sample outwards.
+    PushedOutwards,
+    /// The same with friction that pushes inwards.
+    PushedInwards,
+}
+
+impl Status {
+    /// Radial force of the punch over its pressure, in units of the friction coefficient.
+    fn sign(self) -> f64 {
+        match self {
+            Self::Open | Self::Held => 0.0,
+            Self::PushedOutwards => 1.0,
+            Self::PushedInwards => -1.0,
+        }
+    }
+}
+
+/// Which nodes are in contact, and how.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// The corners, from the axis outwards.
+    corners: Vec<Status>,
+    /// Radial displacement at which each node stuck when it was last touched (m).
+    pub(super) held: Vec<f64>,
+}
+
+/// Where the surface lies with respect to the punch.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Touch {
+    /// Whether any node is in contact.
+    pub in_contact: bool,
+    /// Indentation at which the first open node would be touched (m).
+    pub clearance: f64,
+    /// Mean axial displacement of the face's nodes (m).
+    pub level: f64,
+}
+
+/// Slacks below which nothing is pulled and nothing passes through the face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slack {
+    /// Force (N).
+    pub force: f64,
+    /// Length (m).
+    pub length: f64,
+}
+
+/// A solution for one set of nodes in contact.
+#[derive(Debug, Clone, Copy)]
+pub struct Trial<'a> {
+    /// Its unknowns.
+    pub x: &'a [f64],
+    /// The unknowns at the start of the stage.
+    pub from: &'a [f64],
+    /// Nodal forces.
+    pub forces: &'a [f64],
+    /// Indentation (m).
+    pub indentation: f64,
+    /// What is too small to matter.
+    pub slack: Slack,
+}
+
+/// What a stage already did, so that its set settles.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Past {
+    /// Corners that opened.
+    opened: Vec<bool>,
+    /// Patches that slid.
+    slid: Vec<bool>,
+}
+
+impl Contact {
+    /// Whether a node of the surface is in contact.
+    pub fn is_closed(&self, node: usize) -> bool {
+        self.around(node).iter().all(|status| *status != Status::Open)
+    }
+
+    /// Whether a node that is in contact is held radially by a bonded face.
+    pub fn is_held(&self, node: usize) -> bool {
+        self.around(node).iter().all(|status| *status == Status::Held)
+    }
+
+    /// Radial force of the punch on a node over its pressure, in units of the friction coefficient.
+    pub fn friction(&self, node: usize) -> f64 {
+        let [inner, outer] = self.around(node);
+        if outer.sign() == 0.0 { inner.sign() } else { outer.sign() }
+    }
+
+    /// The corner, twice, or the corners at both sides of a mid-side node.
+    fn around(&self, node: usize) -> [Status; 2] {
+        [self.corners[node / 2], self.corners[node.div_ceil(2)]]
+    }
+
+    /// Whether any node is in contact.
+    pub fn any(&self) -> bool {
+        self.corners.iter().any(|status| *status != Status::Open)
+    }
+
+    /// Whether the same nodes are in contact, held or sliding.
+    pub fn touches_as(&self, other: &Self) -> bool {
+        let open = |status: &Status| *status == Status::Open;
+        self.corners.iter().map(open).eq(other.corners.iter().map(open))
+    }
+
+    /// The corners, from the axis outwards.
+    pub fn corners(&self) -> &[Status] {
+        &self.corners
+    }
+}
+
+impl Surface {
+    /// The nodes under the punch.
+    pub fn new(mesh: &Mesh, geometry: &Geometry, boundary: &BoundaryParameters) -> Self {
+        let node = |n: u32| SurfaceNode {
+            radius: mesh.nodes[n as usize][0],
+            radial: mesh.displacement(n),
+            axial: mesh.displacement(n) + 1,
+            pressure: mesh.pressure(n),
+        };
+        let numbered: Vec<SurfaceNode> = mesh.punch().map(node).collect();
+        let mut nodes = numbered.clone();
+        nodes.sort_by(|a, b| a.radius.total_cmp(&b.radius));
+        let place = |n: &SurfaceNode| nodes.iter().position(|m| m.axial == n.axial);
+        let in_mesh_order = numbered.iter().filter_map(place).collect();
+        let inner = |radius: f64| nodes.iter().step_by(2).filter(|n| n.radius <= radius).count();
+        let sides = geometry.face.iter().map(|p| inner(p.geometry.radius).saturating_sub(1)).collect();
+        let corners: Vec<f64> = nodes.iter().step_by(2).map(|n| n.radius).collect();
+        let friction = boundary.bonded_punch.then_some(boundary.friction);
+        let (patches, lengths) = (patches(&corners), lengths(&corners));
+        Self { nodes, in_mesh_order, friction, patches, lengths, sides }
+    }
+
+    /// The nodes, from the axis outwards.
+    pub fn nodes(&self) -> &[SurfaceNode] {
+        &self.nodes
+    }
+
+    /// The nodes with their places from the axis outwards, in the order of the mesh's numbers.
+    pub fn in_mesh_order(&self) -> impl Iterator<Item = (usize, &SurfaceNode)> {
+        self.in_mesh_order.iter().map(|&index| (index, &self.nodes[index]))
+    }
+
+    /// The contact of the undeformed sample with a punch that just touches it.
+    pub fn touched(&self) -> Contact {
+        Contact {
+            corners: vec![Status::Held; self.nodes.len().div_ceil(2)],
+            held: vec![0.0; self.nodes.len()],
+        }
+    }
+
+    /// Whether a contact has this surface's number of nodes.
+    pub fn fits(&self, contact: &Contact) -> bool {
+        contact.held.len() == self.nodes.len() && contact.corners.len() == self.nodes.len().div_ceil(2)
+    }
+
+    /// Height of the punch's face above its tip where a node is in contact (m).
+    pub fn height(&self, _node: usize, _contact: &Contact) -> f64 {
+        0.0
+    }
+
+    /// Radial force of the punch on a sliding node over its pressure.
+    pub fn drag(&self, node: usize, contact: &Contact) -> f64 {
+        self.friction.unwrap_or(0.0) * contact.friction(node)
+    }
+
+    /// Whether each quadrature point of the face lies on a side in contact.
+    pub fn closed_points(&self, contact: &Contact) -> Vec<bool> {
+        self.sides.iter().map(|&corner| contact.is_closed(2 * corner + 1)).collect()
+    }
+
+    /// Where the surface lies with the unknowns `x`.
+    pub fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
+        let corners = self.nodes.iter().step_by(2).zip(&contact.corners);
+        let open = corners.filter(|(_, status)| **status == Status::Open);
+        let clearance = open.map(|(node, _)| -x[node.axial]).fold(f64::INFINITY, f64::min);
+        let level = self.nodes.iter().map(|n| x[n.axial]).sum::<f64>() / self.nodes.len() as f64;
+        Touch { in_contact: contact.any(), clearance, level }
+    }
+
+    /// Radial force and pressure of the punch on a corner, against its hat function (N); `forces` are the nodal
+    /// ones.
+    fn reaction(&self, corner: usize, contact: &Contact, forces: &[f64]) -> (f64, f64) {
+        let middle = 2 * corner;
+        let neighbours = [middle.checked_sub(1), Some(middle + 1).filter(|&k| k < self.nodes.len())];
+        let (mut radial, mut axial) = (forces[self.nodes[middle].radial], forces[self.nodes[middle].axial]);
+        for k in neighbours.into_iter().flatten().filter(|&k| contact.is_closed(k)) {
+            radial += 0.5 * forces[self.nodes[k].radial];
+            axial += 0.5 * forces[self.nodes[k].axial];
+        }
+        (radial, -axial)
+    }
+
+    /// How the bond of a patch changes, if at all, and whether that cannot wait for the next stage.
+    fn bond(
+        &self,
+        patch: &Range<usize>,
+        contact: &Contact,
+        trial: &Trial<'_>,
+        slid: bool,
+    ) -> Option<(Status, bool)> {
+        let friction = self.friction?;
+        let is_closed = |k: &usize| contact.corners[*k] != Status::Open;
+        let status = contact.corners[patch.clone().find(is_closed)?];
+        if status != Status::Held {
+            let (mut motion, mut length) = (0.0, 0.0);
+            for k in patch.clone().filter(is_closed) {
+                let radial = self.nodes[2 * k].radial;
+                motion += self.lengths[k] * (trial.x[radial] - trial.from[radial]);
+                length += self.lengths[k];
+            }
+            let turned = motion * status.sign() > trial.slack.length * length;
+            return turned.then_some((Status::Held, false));
+        }
+        if slid {
+            return None;
+        }
+        let reactions = patch.clone().filter(is_closed).map(|k| self.reaction(k, contact, trial.forces));
+        let pulled = reactions.clone().any(|(_, pressure)| pressure < -trial.slack.force);
+        let (shear, pressure) = reactions.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
+        let neighbour = |k: usize| contact.corners.get(k).is_some_and(|status| *status != Status::Held);
+        let at_open_edge = patch.start.checked_sub(1).is_some_and(neighbour)
+            || neighbour(patch.end)
+            || patch.clone().any(neighbour);
+        let exceeds = shear.abs() > friction * pressure + trial.slack.force;
+        let direction = if shear > 0.0 { Status::PushedOutwards } else { Status::PushedInwards };
+        (pulled || at_open_edge && exceeds).then_some((direction, pulled))
+    }
+
+    /// What happened before anything did.
+    pub fn no_past(&self) -> Past {
+        Past { opened: vec![false; self.lengths.len()], slid: vec![false; self.patches.len()] }
+    }
+
+    /// Changes the set where corners are pulled, pass through the face, or slide; `false` when the solution may
+    /// stand. A corner that opened within the stage, which `past` tells, does not close again in it, and a patch
+    /// slides at most once. What begins or ends to slide under pressure does so from the next stage on.
+    pub fn change(&self, contact: &mut Contact, trial: &Trial<'_>, past: &mut Past) -> bool {
+        let before = contact.clone();
+        let mut solve_again = false;
+        for (patch, slid) in self.patches.iter().zip(&mut past.slid) {
+            if let Some((status, at_once)) = self.bond(patch, &before, trial, *slid) {
+                for k in patch.clone().filter(|&k| before.corners[k] != Status::Open) {
+                    contact.corners[k] = status;
+                }
+                *slid |= status != Status::Held;
+                solve_again |= at_once;
+                if at_once {
+                    // What is pulled may only have to slide out from under the edge.
+                    continue;
+                }
+            }
+            let closed = patch.clone().map(|k| contact.corners[k]).find(|status| *status != Status::Open);
+            for k in patch.clone() {
+                let is_open = before.corners[k] == Status::Open;
+                let above_face = trial.x[self.nodes[2 * k].axial] + trial.indentation;
+                if !is_open && self.reaction(k, &before, trial.forces).1 < -trial.slack.force {
+                    contact.corners[k] = Status::Open;
+                    past.opened[k] = true;
+                    solve_again = true;
+                } else if is_open && !past.opened[k] && above_face > trial.slack.length {
+                    contact.corners[k] = closed.unwrap_or(Status::Held);
+                    solve_again = true;
+                }
+            }
+        }
+        // A node that is touched, or no longer slides, sticks where it is.
+        for (k, node) in self.nodes.iter().enumerate() {
+            if contact.is_held(k) && !before.is_held(k) {
+                contact.held[k] = trial.x[node.radial];
+            }
+        }
+        solve_again
+    }
+}
+
+/// Corners in patches of at least [`PATCH`] of the outermost radius, gathered from the edge inwards.
+fn patches(radii: &[f64]) -> Vec<Range<usize>> {
+    let width = PATCH * radii.last().copied().unwrap_or(0.0);
+    let (mut patches, mut end) = (Vec::new(), radii.len());
+    let mut outer = radii.last().copied().unwrap_or(0.0);
+    for start in (0..radii.len()).rev() {
+        // A patch reaches half-way to the next corner inwards.
+        let inner = if start > 0 { 0.5 * (radii[start - 1] + radii[start]) } else { 0.0 };
+        if start == 0 || outer - inner >= width {
+            patches.push(start..end);
+            (end, outer) = (start, inner);
+        }
+    }
+    patches
+}
+
+/// Half the distances to both neighbours (m).
+fn lengths(radii: &[f64]) -> Vec<f64> {
+    let at = |k: usize| radii[k.min(radii.len() - 1)];
+    (0..radii.len()).map(|k| 0.5 * (at(k + 1) - at(k.saturating_sub(1)))).collect()
+}
