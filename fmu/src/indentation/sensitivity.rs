@@ -35,6 +35,12 @@ impl Sensitivity {
             forces: vec![ForceSensitivity::default(); parameters],
         }
     }
+
+    /// The same of a material that softens with past strain, where `softens` says so.
+    pub fn remembering(mut self, softens: bool) -> Self {
+        self.history = self.history.remembering(softens);
+        self
+    }
 }
 
 impl Stepper {
@@ -89,6 +95,6 @@ impl Stepper {
             (force.specimen, force.fluid) = (force.force, fluid);
         }
         let (old, flows) = (&self.stage_sensitivity, &self.flows);
-        Ok(body.update_sensitivity(x, reach, loads, old, flows, &mut new.history)?)
+        Ok(body.update_sensitivity(&stage, reach, loads, old, flows, &mut new.history)?)
     }
 }

@@ -113,14 +113,16 @@ impl Stepper {
     /// The undeformed sample.
     pub fn undeformed(&self, time: f64) -> State {
         let (unknowns, elements) = (self.sample.mesh.unknowns(), self.sample.mesh.elements.len());
-        let branches = self.material.branches();
+        let (branches, softens) = (self.material.branches(), self.material.softening.is_some());
         State {
             time,
             x: vec![0.0; unknowns],
             trend: Trend::at_rest(unknowns),
-            history: History::undeformed(elements, branches).remembering(self.material.softening.is_some()),
+            history: History::undeformed(elements, branches).remembering(softens),
             outputs: Outputs::default(),
-            sensitivity: self.sensitivities.then(|| Sensitivity::undeformed(unknowns, elements, branches)),
+            sensitivity: self
+                .sensitivities
+                .then(|| Sensitivity::undeformed(unknowns, elements, branches).remembering(softens)),
         }
     }
 
