@@ -275,8 +275,9 @@ impl Slave {
             return Ok(());
         }
         let model = self.model(parameters)?;
-        // The snapshot overwrites the punch's position: any admissible one will do.
-        let mut instance = Instance::new(&model, 0.0)?;
+        // The snapshot overwrites the punch's position: any admissible one will do, like the true surface.
+        let surface = -settings.padded.effect.offset.height;
+        let mut instance = Instance::new(&model, surface)?;
         instance.restore(&saved.snapshot)?;
         self.model = Some(model);
         self.run = Some(Run { instance, start_time, time, protocol });

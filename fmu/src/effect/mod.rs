@@ -78,14 +78,8 @@ impl EffectParameters {
                 "boundary.bonded_punch = true",
             ));
         }
-        if parameters.solver.sensitivities {
-            let refused = [
-                (effect.softening.is_active(), "effect.softening.loss"),
-                (effect.discretisation.traction, "effect.discretisation.traction"),
-            ];
-            if let Some((_, name)) = refused.into_iter().find(|(active, _)| *active) {
-                return Err(ParameterError::NoSensitivities(name));
-            }
+        if parameters.solver.sensitivities && effect.discretisation.traction {
+            return Err(ParameterError::NoSensitivities("effect.discretisation.traction"));
         }
         if parameters.mesh.kind == MeshKind::Paper3d {
             let refused = [

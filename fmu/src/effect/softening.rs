@@ -9,6 +9,7 @@
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
 use crate::material::point::{DeformationGradient, Elasticity};
+use crate::material::sensitivity::SpatialGradient;
 use crate::material::spectral::{Spectral, deviator};
 use crate::material::{IDENTITY, Voigt};
 use crate::variables::units::ONE;
@@ -80,6 +81,41 @@ impl Softening {
     }
 }
 
+impl Softening {
+    /// Softens the changes of the undamaged stress with some parameters at fixed deformation, and adds those
+    /// that come from the largest strain before the step, `past` with its own changes.
+    pub(crate) fn differentiate(
+        &self,
+        f: &DeformationGradient,
+        (past, changes): (f64, &[f64]),
+        undamaged: &Voigt,
+        stress: &mut [Voigt],
+    ) -> Option<()> {
+        let present = strain(f)?.0;
+        let (left, slope) = self.left(past.max(present));
+        for (tau, change) in stress.iter_mut().zip(changes) {
+            // Beyond its past a point's largest strain is the present one, which is fixed here.
+            let change = if present > past { 0.0 } else { slope * change };
+            (0..4).for_each(|i| tau[i] = left * tau[i] + change * undamaged[i]);
+        }
+        Some(())
+    }
+
+    /// Changes of the largest strain over a converged stage from those before it and of the displacement.
+    pub(crate) fn past_sensitivity(
+        f: &DeformationGradient,
+        (past, changes): (f64, &[f64]),
+        gradients: &[SpatialGradient],
+        new: &mut [f64],
+    ) -> Option<()> {
+        let (present, direction) = strain(f)?;
+        for ((new, change), l) in new.iter_mut().zip(changes).zip(gradients) {
+            *new = if present > past { l.power(&direction) } else { *change };
+        }
+        Some(())
+    }
+}
+
 /// Equivalent strain and its derivative by the rate of deformation, a tensor.
 fn strain(f: &DeformationGradient) -> Option<(f64, Voigt)> {
     let frame = Spectral::of(&f.push(&IDENTITY))?;
@@ -115,8 +151,7 @@ pub const EFFECT: Effect = Effect {
     variants: &[one_sided(
         "Mullins",
         &[linear("effect.softening.loss", 0.0, 0.3), switch("effect.softening.strain", 0.2, 0.2)],
-    )
-    .without_sensitivities()],
+    )],
     physics: "Bonds that break on first loading do not heal: stresses fall with the largest strain a point has \
               seen. Unloading and later cycles to the same depth follow the softened response.",
     revealed_by: "A first cycle above the later ones, unloading below loading without any rate.",

@@ -4,6 +4,7 @@ use super::Body;
 use super::assembly::{Inadmissible, Stage};
 use super::kernel::Point;
 use super::shape::POINTS;
+use crate::effect::softening::Softening;
 use crate::material::sensitivity::{Flow, SpatialGradient};
 use crate::material::{MaterialParameter, Voigt};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
@@ -16,13 +17,26 @@ pub struct HistorySensitivity {
     pub jacobian: Vec<f64>,
     /// Of `Cv^-1`, point by point, parameter by parameter and branch by branch.
     pub cv_inverse: Vec<Voigt>,
+    /// Of the largest strain so far, point by point and parameter by parameter; empty unless the material
+    /// softens with it.
+    pub past_strain: Vec<f64>,
 }
 
 impl HistorySensitivity {
     /// The undeformed state does not depend on any parameter.
     pub fn undeformed(elements: usize, branches: usize) -> Self {
         let each = elements * POINTS * MaterialParameter::count(branches);
-        Self { jacobian: vec![0.0; each], cv_inverse: vec![[0.0; 4]; each * branches] }
+        Self {
+            jacobian: vec![0.0; each],
+            cv_inverse: vec![[0.0; 4]; each * branches],
+            past_strain: Vec::new(),
+        }
+    }
+
+    /// The same of a material that softens with past strain, where `softens` says so.
+    pub fn remembering(mut self, softens: bool) -> Self {
+        self.past_strain = vec![0.0; if softens { self.jacobian.len() } else { 0 }];
+        self
     }
 }
 
@@ -42,7 +56,7 @@ impl Body<'_> {
         pulp::Arch::new().dispatch(ResidualSensitivity { body: self, stage, old, flows, loads })
     }
 
-    /// Change of the history over a converged stage with the unknowns `x`; `changes` are those of the
+    /// Change of the history over a converged stage; `changes` are those of the
     /// unknowns, parameter by parameter, `flows` those of [`Body::residual_sensitivity`].
     ///
     /// # Errors
@@ -50,14 +64,14 @@ impl Body<'_> {
     #[allow(clippy::too_many_arguments)]
     pub fn update_sensitivity(
         &self,
-        x: &[f64],
+        stage: &Stage<'_>,
         reach: f64,
         changes: &[f64],
         old: &HistorySensitivity,
         flows: &[Flow],
         new: &mut HistorySensitivity,
     ) -> Result<(), Inadmissible> {
-        pulp::Arch::new().dispatch(UpdateSensitivity { body: self, x, reach, changes, old, flows, new })
+        pulp::Arch::new().dispatch(UpdateSensitivity { body: self, stage, reach, changes, old, flows, new })
     }
 
     /// Change of the fluid force on the punch (N per unit), parameter by parameter; `closed` tells which of the
@@ -128,6 +142,12 @@ impl pulp::NullaryFnOnce for ResidualSensitivity<'_> {
                 material
                     .stress_sensitivity(&point.f, cv, changes, stage.dt, flows, &mut stress)
                     .ok_or(failed)?;
+                if let Some(softening) = &material.softening {
+                    let undamaged =
+                        material.elasticity(&point.f, cv, stage.dt).ok_or(failed)?.kirchhoff_stress;
+                    let past = (history.past_strain[k], &old.past_strain[at..at + count]);
+                    softening.differentiate(&point.f, past, &undamaged, &mut stress).ok_or(failed)?;
+                }
                 mobility_sensitivity(body, point.jacobian, &mut mobility);
                 let w = place.measure;
                 let g = point.grad_p;
@@ -174,7 +194,7 @@ impl pulp::NullaryFnOnce for ResidualSensitivity<'_> {
 /// The loop of [`Body::update_sensitivity`], compiled for the machine's vector instructions.
 struct UpdateSensitivity<'a> {
     body: &'a Body<'a>,
-    x: &'a [f64],
+    stage: &'a Stage<'a>,
     reach: f64,
     changes: &'a [f64],
     old: &'a HistorySensitivity,
@@ -187,7 +207,8 @@ impl pulp::NullaryFnOnce for UpdateSensitivity<'_> {
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        let Self { body, x, reach, changes, old, flows, new } = self;
+        let Self { body, stage, reach, changes, old, flows, new } = self;
+        let x = stage.x;
         let material = body.material;
         let branches = material.branches();
         let count = MaterialParameter::count(branches);
@@ -210,6 +231,11 @@ impl pulp::NullaryFnOnce for UpdateSensitivity<'_> {
                 let updated = &mut new.cv_inverse[range.clone()];
                 let cv_changes = &old.cv_inverse[range];
                 material.history_sensitivity(&point.f, flows, cv_changes, &gradients, reach, updated);
+                if material.softening.is_some() {
+                    let past = (stage.old.past_strain[index * POINTS + k], &old.past_strain[at..at + count]);
+                    let new = &mut new.past_strain[at..at + count];
+                    Softening::past_sensitivity(&point.f, past, &gradients, new).ok_or(failed)?;
+                }
                 for (parameter, l) in gradients.iter().enumerate() {
                     let before = old.jacobian[at + parameter];
                     new.jacobian[at + parameter] = before + reach * (point.jacobian * l.trace() - before);

@@ -41,6 +41,12 @@ impl Sensitivity {
             forces: vec![ForceSensitivity::default(); parameters],
         }
     }
+
+    /// The same of a material that softens with past strain, where `softens` says so.
+    pub fn remembering(mut self, softens: bool) -> Self {
+        self.history = self.history.remembering(softens);
+        self
+    }
 }
 
 impl Stepper {
@@ -63,8 +69,9 @@ impl Stepper {
         for (force, fluid) in new.forces.iter_mut().zip(fluid) {
             (force.specimen, force.fluid) = (force.force, fluid);
         }
+        let stage = Stage { x, old: &self.stage_history, dt };
         let (old, flows) = (&self.stage_sensitivity, &self.flows);
-        Ok(body.update_sensitivity(x, reach, &new.x, old, flows, &mut new.history)?)
+        Ok(body.update_sensitivity(&stage, reach, &new.x, old, flows, &mut new.history)?)
     }
 
     /// Takes note of how the places change at which nodes will stick that `touched` holds and the conditions of

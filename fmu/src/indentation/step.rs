@@ -138,17 +138,18 @@ impl Stepper {
         let (unknowns, elements) = (self.sample.mesh.unknowns(), self.sample.mesh.elements.len());
         let (branches, nodes) = (self.material.branches(), self.surface.nodes().len());
         let (x, contact) = (vec![0.0; unknowns], self.surface.touched());
+        let softens = self.material.softening.is_some();
         State {
             time,
             touch: self.surface.touch(&contact, &x),
             contact,
             x,
             trend: Trend::at_rest(unknowns),
-            history: History::undeformed(elements, branches).remembering(self.material.softening.is_some()),
+            history: History::undeformed(elements, branches).remembering(softens),
             outputs: Outputs::default(),
             sensitivity: self
                 .sensitivities
-                .then(|| Sensitivity::undeformed(unknowns, elements, branches, nodes)),
+                .then(|| Sensitivity::undeformed(unknowns, elements, branches, nodes).remembering(softens)),
         }
     }
 

@@ -27,6 +27,13 @@ impl SpatialGradient {
         self.plane[0][0] + self.plane[1][1] + self.hoop
     }
 
+    /// `a : l` for symmetric `a`.
+    #[inline(always)]
+    pub fn power(&self, a: &Voigt) -> f64 {
+        let l = &self.plane;
+        a[0] * l[0][0] + a[1] * l[1][1] + a[2] * self.hoop + a[3] * (l[0][1] + l[1][0])
+    }
+
     /// `l a + a l^T` for symmetric `a`.
     #[inline(always)]
     fn convect(&self, a: &Voigt) -> Voigt {
