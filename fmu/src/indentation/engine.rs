@@ -76,6 +76,8 @@ impl Engine {
 }
 
 /// A state of either discretisation.
+// A path keeps its few states behind an `Arc` each.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum EngineState {
     /// Of the axisymmetric one.
