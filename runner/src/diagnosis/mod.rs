@@ -12,8 +12,15 @@
 //! 9 next          what to measure to tell the remaining candidates apart
 //! ```
 
+pub mod baseline;
+pub mod catalogue;
+pub mod confirming;
 pub mod covariance;
 pub mod effect;
+pub mod held_out;
+pub mod location;
 pub mod observation;
 pub mod problem;
 pub mod screening;
+pub mod shrinkage;
+pub mod something_else;

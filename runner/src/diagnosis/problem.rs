@@ -96,7 +96,10 @@ impl Setup<'_> {
 /// Parameters, then the magnitudes of the active effects.
 pub struct EffectProblem<'a> {
     setup: Setup<'a>,
+    /// Effects whose magnitude is a variable.
     active: Vec<&'a Candidate>,
+    /// Switches that are on.
+    on: Vec<&'a Candidate>,
     derivatives: bool,
 }
 
@@ -106,13 +109,14 @@ const STEP: f64 = 0.05;
 const PARAMETER_STEP: f64 = 0.01;
 
 impl<'a> EffectProblem<'a> {
-    /// With these effects free.
+    /// With these effects present: their magnitudes free, switches on.
     pub fn new(setup: Setup<'a>, active: &[&'a Candidate]) -> Self {
         let recorded = &setup.engine.wiring().sensitivities;
         let p = setup.parameters;
         let has = |j| p.slopes(p.start(), j).iter().all(|(name, _)| recorded.contains_key(*name));
         let derivatives = (0..p.free().len()).all(has) && active.iter().all(|c| c.effect.differentiable);
-        Self { setup, active: active.to_vec(), derivatives }
+        let (active, on) = active.iter().copied().partition(|c| is_continuous(c));
+        Self { setup, active, on, derivatives }
     }
 
     /// Bounds of parameters and magnitudes.
@@ -132,7 +136,8 @@ impl<'a> EffectProblem<'a> {
 
     fn split<'b>(&self, x: &'b [f64]) -> (&'b [f64], Vec<(&'a Candidate, f64)>) {
         let (parameters, magnitudes) = x.split_at(self.setup.parameters.free().len());
-        (parameters, self.active.iter().copied().zip(magnitudes.iter().copied()).collect())
+        let free = self.active.iter().copied().zip(magnitudes.iter().copied());
+        (parameters, free.chain(self.on.iter().map(|c| (*c, 1.0))).collect())
     }
 
     fn submit(&self, x: &[f64], derivatives: bool, priority: Priority) -> Vec<Run> {

@@ -14,7 +14,7 @@ mod specimens;
 mod tests;
 
 pub use low_rank::{Common, Covariance};
-pub use numerical::{refinement, slow_errors};
+pub use numerical::{hats, refinement, slow_errors};
 pub use specimens::{TestNoise, test_noise};
 
 use super::observation::{Observation, same_specimens};
