@@ -191,7 +191,11 @@ impl Slave {
                 sensitivities: self.settings.spread(&instance.sensitivities()),
             },
             None => Readings {
-                outputs: Outputs { displacement: self.start_displacement(), ..Outputs::default() },
+                outputs: Outputs {
+                    displacement: self.start_displacement(),
+                    indentation: self.start_displacement() + self.settings.padded.effect.offset.height,
+                    ..Outputs::default()
+                },
                 ..Readings::default()
             },
         }

@@ -23,6 +23,12 @@ pub enum ParameterError {
     /// A setting that the three-dimensional model does not know.
     #[error("{0} is not available with mesh.kind = paper-3d: leave it at its default")]
     NotIn3d(&'static str),
+    /// Sensitivities with an effect whose derivative is not computed.
+    #[error("with {0} the model computes no sensitivities: switch solver.sensitivities off")]
+    NoSensitivities(&'static str),
+    /// A parameter that acts only where another has a certain value.
+    #[error("{0} acts only with {1}")]
+    Contradiction(&'static str, &'static str),
     /// A snapshot of another model.
     #[error("the saved state belongs to another mesh or another number of viscous branches")]
     ForeignSnapshot,

@@ -77,6 +77,8 @@ impl Instance {
         if !displacement.is_finite() {
             return Err(StepError::BadDisplacement(displacement));
         }
+        // From here on and in the state, displacements count from the true surface.
+        let displacement = displacement + model.parameters.effect.offset.height;
         if displacement > 0.0 {
             return Err(StepError::StartsInside(displacement));
         }
@@ -99,7 +101,7 @@ impl Instance {
 
     /// Where the punch shall be at the end of the next `advance` (m).
     pub fn set_displacement(&mut self, displacement: f64) {
-        self.state.target = displacement;
+        self.state.target = displacement + self.model.parameters.effect.offset.height;
     }
 
     /// Moves the punch at constant velocity to the set displacement within `duration` (s).
@@ -135,7 +137,7 @@ impl Instance {
             }
             now += duration * (-from / (to - from));
             from = 0.0;
-            state.path = Some(Path::touch(&self.engine, now));
+            state.path = Some(Path::touch(&self.engine, &self.model.parameters.effect, now));
         }
         let Some(path) = &mut state.path else { return Ok(()) };
         let retraction = StepError::Retraction { time: end, displacement: to };
@@ -149,7 +151,7 @@ impl Instance {
             state.outputs =
                 path.advance(&mut self.engine, solver, radius, (now, from), (end, to), statistics)?;
         }
-        if state.outputs.force < -TENSION * self.engine.force_scale() {
+        if state.outputs.force_specimen < -TENSION * self.engine.force_scale() {
             return Err(retraction);
         }
         Ok(())
@@ -157,7 +159,12 @@ impl Instance {
 
     /// Results at the present time.
     pub fn outputs(&self) -> Outputs {
-        self.state.outputs
+        let effect = &self.model.parameters.effect;
+        let mut outputs = self.state.outputs;
+        outputs.indentation = outputs.displacement - effect.compliance.per_newton * outputs.force_specimen;
+        outputs.displacement -= effect.offset.height;
+        outputs.force = effect.load_cell_drift.reading(outputs.force, self.state.time);
+        outputs
     }
 
     /// Derivatives of the force at the present time by the material's parameters, in the order of

@@ -13,6 +13,7 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod cosimulation;
+pub mod effect;
 pub mod element;
 pub mod error;
 mod hash;

@@ -5,11 +5,16 @@ use serde::{Deserialize, Serialize};
 /// Results at one time, for the whole (not the half) punch. SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Outputs {
-    /// Displacement of the punch, positive into the sample (m).
+    /// Displacement that is commanded and measured, positive into the sample (m).
     pub displacement: f64,
-    /// Reaction force: minus the sum of nodal residuals over the punch (N).
+    /// Position of the punch's face below the true surface: displacement, plus the contact point's offset,
+    /// less what the machine yields (m).
+    pub indentation: f64,
+    /// What the load cell reads: the force on the specimen unless effects of the sensor are on (N).
     pub force: f64,
-    /// Solid part, `force - force_fluid` (N).
+    /// Reaction force on the specimen: minus the sum of nodal residuals over the punch (N).
+    pub force_specimen: f64,
+    /// Solid part, `force_specimen - force_fluid` (N).
     pub force_solid: f64,
     /// Fluid part: integral of the pore pressure over the deformed contact area (N).
     pub force_fluid: f64,
@@ -47,16 +52,18 @@ pub struct Statistics {
 /// Derivatives of the force by one parameter (N per SI unit of the parameter).
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ForceSensitivity {
-    /// Of the reaction force.
+    /// Of the force that the load cell reads.
     pub force: f64,
-    /// Of its fluid part.
+    /// Of the reaction force on the specimen.
+    pub specimen: f64,
+    /// Of the fluid part of the reaction force.
     pub fluid: f64,
 }
 
 impl ForceSensitivity {
     /// Of the solid part.
     pub fn solid(&self) -> f64 {
-        self.force - self.fluid
+        self.specimen - self.fluid
     }
 }
 
@@ -64,11 +71,13 @@ impl Outputs {
     /// Weighted sum of results at other times; the parts of the force add up exactly.
     pub(crate) fn combine(terms: &[(f64, &Outputs)]) -> Self {
         let sum = |of: fn(&Outputs) -> f64| terms.iter().map(|(w, o)| w * of(o)).sum::<f64>();
-        let (force, force_fluid) = (sum(|o| o.force), sum(|o| o.force_fluid));
+        let (force_specimen, force_fluid) = (sum(|o| o.force_specimen), sum(|o| o.force_fluid));
         Self {
             displacement: sum(|o| o.displacement),
-            force,
-            force_solid: force - force_fluid,
+            indentation: sum(|o| o.indentation),
+            force: sum(|o| o.force),
+            force_specimen,
+            force_solid: force_specimen - force_fluid,
             force_fluid,
             force_traction: sum(|o| o.force_traction),
             viscous_dissipation_rate: sum(|o| o.viscous_dissipation_rate),

@@ -1,5 +1,6 @@
 //! What a user can set: material, geometry, mesh, boundary conditions, solver.
 
+use crate::effect::EffectParameters;
 use crate::error::ParameterError;
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +17,8 @@ pub struct Parameters {
     pub boundary: BoundaryParameters,
     /// Time stepping and Newton iteration.
     pub solver: SolverParameters,
+    /// Effects that the plain model leaves out; none by default.
+    pub effect: EffectParameters,
 }
 
 /// One Ogden term: `beta_a = mu (ltilde_a^alpha - mean_b ltilde_b^alpha)` (Eqs. 8, 9).
@@ -261,7 +264,8 @@ impl Parameters {
         within("solver.tolerance", s.tolerance, 1e-9, 1.0)?;
         positive("solver.initial_increment", s.initial_increment)?;
         positive("solver.max_step", s.max_step)?;
-        within("solver.newton_tolerance", s.newton_tolerance, 1e-14, 1e-2)
+        within("solver.newton_tolerance", s.newton_tolerance, 1e-14, 1e-2)?;
+        EffectParameters::validate(self)
     }
 }
 

@@ -4,7 +4,7 @@ use super::geometry::Geometry;
 use super::kernel::{self, ElementSystem, PointState};
 use super::shape::POINTS;
 use crate::material::{IDENTITY, PointMaterial, Voigt};
-use crate::mesh::{Mesh, UNKNOWNS};
+use crate::mesh::{Mesh, NODES, UNKNOWNS};
 use crate::solver::linear::CscPattern;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +15,8 @@ pub struct History {
     pub jacobian: Vec<f64>,
     /// `Cv^-1`, branch by branch at every point.
     pub cv_inverse: Vec<Voigt>,
+    /// Largest equivalent strain so far at every point; empty unless the material softens with it.
+    pub past_strain: Vec<f64>,
 }
 
 impl History {
@@ -23,7 +25,14 @@ impl History {
         Self {
             jacobian: vec![1.0; elements * POINTS],
             cv_inverse: vec![IDENTITY; elements * POINTS * branches],
+            past_strain: Vec::new(),
         }
+    }
+
+    /// The same of a material that softens with past strain, where `softens` says so.
+    pub fn remembering(mut self, softens: bool) -> Self {
+        self.past_strain = vec![0.0; if softens { self.jacobian.len() } else { 0 }];
+        self
     }
 
     /// History of one element.
@@ -33,6 +42,7 @@ impl History {
         PointState {
             jacobian: &self.jacobian[first..first + POINTS],
             cv_inverse: &self.cv_inverse[first * branches..(first + POINTS) * branches],
+            past_strain: self.past_strain.get(first..first + POINTS).unwrap_or(&[]),
         }
     }
 }
@@ -126,6 +136,24 @@ impl Body<'_> {
         residual.fill(0.0);
         values.fill(0.0);
         pulp::Arch::new().dispatch(AssembleElements { body: self, stage, residual, values })
+    }
+
+    /// Adds a layer under the punch that holds back radial displacement: `stiffness` (Pa/m) per reference area.
+    pub fn add_shear_layer(&self, stiffness: f64, x: &[f64], residual: &mut [f64], values: &mut [f64]) {
+        for face in &self.geometry.face {
+            let (place, x_e) = (&face.geometry, self.map.gather(face.element, x));
+            let slip: f64 = (0..NODES).map(|a| place.n[a] * x_e[2 * a]).sum();
+            let traction = stiffness * place.measure;
+            let unknowns = &self.map.unknowns[face.element];
+            let first = face.element * UNKNOWNS * UNKNOWNS;
+            for a in 0..NODES {
+                residual[unknowns[2 * a] as usize] += traction * place.n[a] * slip;
+                for b in 0..NODES {
+                    let target = self.map.positions[first + 2 * a * UNKNOWNS + 2 * b];
+                    values[target as usize] += traction * place.n[a] * place.n[b];
+                }
+            }
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use super::assembly::{Body, History, Inadmissible, Stage};
 use super::geometry::FacePoint;
 use super::kernel::Point;
 use super::shape::{POINTS, gauss_lagrange, volumetric_lagrange};
+use crate::effect::softening::Softening;
 
 /// Volume integrals at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -49,12 +50,19 @@ impl Body<'_> {
                 let energetics = material
                     .update(&point.f, &old.cv_inverse[range.clone()], dt, reach, &mut new.cv_inverse[range])
                     .ok_or(failed)?;
+                let mut left = 1.0;
+                if let Some(softening) = &material.softening {
+                    let past = Softening::past_strain(&point.f, old.past_strain[at]).ok_or(failed)?;
+                    new.past_strain[at] = past;
+                    left = softening.factor(past);
+                }
                 let j = point.jacobian;
                 new.jacobian[at] = old.jacobian[at] + reach * (j - old.jacobian[at]);
                 let (mobility, _) = material.darcy.referential_mobility(j);
                 let g = point.grad_p;
-                integrals.stored_energy += place.measure * energetics.stored_energy;
-                integrals.viscous_dissipation_rate += place.measure * energetics.viscous_dissipation_rate;
+                integrals.stored_energy += left * place.measure * energetics.stored_energy;
+                integrals.viscous_dissipation_rate +=
+                    left * place.measure * energetics.viscous_dissipation_rate;
                 integrals.porous_dissipation_rate += place.measure * mobility * (g[0] * g[0] + g[1] * g[1]);
                 integrals.volume_change += place.measure * (j - 1.0);
             }
@@ -82,7 +90,12 @@ impl Body<'_> {
             for (k, weight) in gauss_lagrange(*xi).into_iter().enumerate() {
                 let point = Point::at(&geometry.elements[*element].points[k], &x_e).ok_or(failed)?;
                 let cv = &history.cv_inverse[k * branches..(k + 1) * branches];
-                let tau = material.elasticity(&point.f, cv, dt).ok_or(failed)?.kirchhoff_stress;
+                let mut elasticity = material.elasticity(&point.f, cv, dt).ok_or(failed)?;
+                if let Some(softening) = &material.softening {
+                    let past = *history.past_strain.get(k).ok_or(failed)?;
+                    softening.apply(&point.f, past, &mut elasticity).ok_or(failed)?;
+                }
+                let tau = elasticity.kirchhoff_stress;
                 sigma[0] += weight * tau[1] / point.jacobian;
                 sigma[1] += weight * tau[3] / point.jacobian;
             }

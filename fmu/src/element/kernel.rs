@@ -95,6 +95,8 @@ pub struct PointState<'a> {
     pub jacobian: &'a [f64],
     /// `Cv^-1` of every branch, point by point.
     pub cv_inverse: &'a [Voigt],
+    /// Largest strain so far of every point; empty unless the material softens with it.
+    pub past_strain: &'a [f64],
 }
 
 /// Fills `system` for the unknowns `x` at the end of a step of `dt` (s); `None` when inadmissible.
@@ -112,7 +114,10 @@ pub fn evaluate(
     for (k, place) in geometry.points.iter().enumerate() {
         let point = Point::at(place, x)?;
         let history = &old.cv_inverse[k * branches..(k + 1) * branches];
-        let elasticity = material.elasticity(&point.f, history, dt)?;
+        let mut elasticity = material.elasticity(&point.f, history, dt)?;
+        if let Some(softening) = &material.softening {
+            softening.apply(&point.f, *old.past_strain.get(k)?, &mut elasticity)?;
+        }
         let (w, j, p) = (place.measure, point.jacobian, point.pressure);
 
         // Total Kirchhoff stress and tangent: tau - p J 1.
@@ -312,7 +317,7 @@ mod tests {
         let jacobian = [1.01; POINTS];
         let mut cv_inverse = vec![IDENTITY; 2 * POINTS];
         cv_inverse[3] = [1.1, 0.95, 1.0 / (1.1 * 0.95 - 0.0004), 0.02];
-        let old = PointState { jacobian: &jacobian, cv_inverse: &cv_inverse };
+        let old = PointState { jacobian: &jacobian, cv_inverse: &cv_inverse, past_strain: &[] };
         let dt = 0.02;
         let mut exact = ElementSystem::default();
         evaluate(&geometry, &material, &x, old, dt, &mut exact).unwrap();

@@ -1,7 +1,9 @@
 //! The indentation test: sample, boundary conditions, one time step, the punch's motion.
 
 pub mod boundary;
+pub mod coupling;
 pub mod engine;
+pub mod load_cell;
 pub mod motion;
 pub mod sample;
 pub mod sensitivity;

@@ -5,7 +5,9 @@
 //! when the velocity changes is the state computed at that very time. The force therefore does not
 //! depend on how a master slices time.
 
+use super::load_cell::LoadCell;
 use super::step::{State, Stepper};
+use crate::effect::EffectParameters;
 use crate::error::StepError;
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::SolverParameters;
@@ -150,11 +152,13 @@ pub struct Path<S = State> {
     next_step: f64,
     first_step: f64,
     largest_force: f64,
+    /// The load cell at the start of that step.
+    cell: LoadCell,
 }
 
 impl<S: Reached> Path<S> {
-    /// Contact begins at `time` (s) with displacement zero.
-    pub fn touch(stepper: &impl Discretisation<State = S>, time: f64) -> Self {
+    /// Contact begins at `time` (s) with displacement zero; `effect` tells of the load cell.
+    pub fn touch(stepper: &impl Discretisation<State = S>, effect: &EffectParameters, time: f64) -> Self {
         let base = Arc::new(stepper.undeformed(time));
         Self {
             piece: Piece { start_time: time, start: 0.0, velocity: 0.0 },
@@ -164,6 +168,7 @@ impl<S: Reached> Path<S> {
             next_step: f64::INFINITY,
             first_step: f64::INFINITY,
             largest_force: 0.0,
+            cell: LoadCell::at_rest(effect, time),
         }
     }
 
@@ -199,6 +204,7 @@ impl<S: Reached> Path<S> {
         let longest = (MAX_TRAVEL * punch_radius / velocity.abs()).min(solver.max_step);
         while self.ahead.as_ref().unwrap_or(&self.base).time() < end * (1.0 - 1e-14) {
             if let Some(ahead) = self.ahead.take() {
+                self.follow(ahead.time());
                 self.base = ahead;
             }
             self.next_step = self.next_step.min(longest);
@@ -206,7 +212,35 @@ impl<S: Reached> Path<S> {
         }
         let mut outputs = self.interpolate(end);
         outputs.displacement = to;
+        outputs.force = self.reading(end, &outputs);
         Ok(outputs)
+    }
+
+    /// What the load cell reads at a time the path has reached.
+    fn reading(&self, time: f64, outputs: &Outputs) -> f64 {
+        if self.cell.is_immediate() {
+            return self.cell.felt(outputs);
+        }
+        self.cell.read(time, &self.felt(), |t| self.weights(&self.nodes, t))
+    }
+
+    /// Forces on the load cell at the nodes.
+    fn felt(&self) -> Vec<f64> {
+        self.nodes.iter().map(|n| self.cell.felt(&n.outputs)).collect()
+    }
+
+    fn derivatives(&self) -> Vec<&[ForceSensitivity]> {
+        self.nodes.iter().map(|n| n.sensitivities.as_slice()).collect()
+    }
+
+    /// Moves the load cell on to `time`, before the nodes change.
+    fn follow(&mut self, time: f64) {
+        if self.cell.is_immediate() {
+            return;
+        }
+        let mut cell = self.cell.clone();
+        cell.follow(time, &self.felt(), &self.derivatives(), |t| self.weights(&self.nodes, t));
+        self.cell = cell;
     }
 
     /// Makes `base` the state at `now`.
@@ -216,6 +250,7 @@ impl<S: Reached> Path<S> {
         now: f64,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
+        self.follow(now);
         if let Some(ahead) = self.ahead.take() {
             if (ahead.time() - now).abs() <= 1e-12 * now.abs() {
                 self.base = ahead;
@@ -317,8 +352,14 @@ impl<S: Reached> Path<S> {
         for (weight, node) in self.weights(&self.nodes, time).into_iter().zip(&self.nodes) {
             for (sum, at) in sum.iter_mut().zip(&node.sensitivities) {
                 sum.force += weight * at.force;
+                sum.specimen += weight * at.specimen;
                 sum.fluid += weight * at.fluid;
             }
+        }
+        if !self.cell.is_immediate() {
+            let lagging =
+                self.cell.read_derivatives(time, &self.derivatives(), |t| self.weights(&self.nodes, t));
+            sum.iter_mut().zip(lagging).for_each(|(sum, derivative)| sum.force = derivative);
         }
         sum
     }

@@ -5,6 +5,7 @@
 //! serves all parameters. Steps and their sizes are part of the method, not of the model: they stay fixed.
 
 use super::boundary::Condition;
+use super::coupling::UnitMotion;
 use super::step::Stepper;
 use crate::element::Stage;
 use crate::element::sensitivity::HistorySensitivity;
@@ -74,8 +75,19 @@ impl Stepper {
                 force.force -= row * *value;
             }
         }
+        if self.compliance != 0.0 {
+            let (scale, row) = (&self.column_scale, &self.reaction_row);
+            let unit =
+                UnitMotion::new(&self.conditions, scale, row, |rhs| self.linear.solve_again(tangent, rhs))
+                    .map_err(singular)?;
+            for (change, force) in loads.chunks_exact_mut(unknowns).zip(&mut new.forces) {
+                force.force = unit.follow(self.compliance, scale, force.force, change);
+            }
+        }
         body.fluid_force_sensitivity(x, loads, &mut fluid)?;
-        new.forces.iter_mut().zip(fluid).for_each(|(force, fluid)| force.fluid = fluid);
+        for (force, fluid) in new.forces.iter_mut().zip(fluid) {
+            (force.specimen, force.fluid) = (force.force, fluid);
+        }
         let (old, flows) = (&self.stage_sensitivity, &self.flows);
         Ok(body.update_sensitivity(x, reach, loads, old, flows, &mut new.history)?)
     }

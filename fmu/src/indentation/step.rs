@@ -1,9 +1,11 @@
 //! One time step of the sample under the punch.
 
 use super::boundary::{Condition, Conditions};
+use super::coupling;
 use super::sample::Sample;
 use super::sensitivity::Sensitivity;
 use super::trend::Trend;
+use crate::effect::EffectParameters;
 use crate::element::field::Integrals;
 use crate::element::sensitivity::HistorySensitivity;
 use crate::element::shape::POINTS;
@@ -11,8 +13,8 @@ use crate::element::{Body, History, Inadmissible, Stage};
 use crate::material::PointMaterial;
 use crate::material::sensitivity::Flow;
 use crate::outputs::{Outputs, Statistics};
-use crate::parameters::{Parameters, TimeScheme};
-use crate::solver::linear::LinearSolver;
+use crate::parameters::{MaterialParameters, Parameters, TimeScheme};
+use crate::solver::linear::{LinearSolver, Singular};
 use crate::solver::newton::{self, NewtonFailure, System, Workspace};
 use crate::solver::scheme::stages;
 use serde::{Deserialize, Serialize};
@@ -39,6 +41,12 @@ pub struct State {
 pub struct Stepper {
     pub(super) sample: Arc<Sample>,
     pub(super) material: PointMaterial,
+    /// What the material is made from anew at every stage, where its moduli drift.
+    drifting: Option<(MaterialParameters, EffectParameters)>,
+    /// Stiffness of the shear layer under the punch (Pa/m), where there is one.
+    shear_layer: Option<f64>,
+    /// Compliance of the machine (m/N).
+    pub(super) compliance: f64,
     pub(super) conditions: Conditions,
     scheme: TimeScheme,
     tolerance: f64,
@@ -74,9 +82,15 @@ impl Stepper {
             .collect();
         let (unknowns, points) = (sample.mesh.unknowns(), sample.mesh.elements.len() * POINTS);
         let sensitivities = parameters.solver.sensitivities;
+        let effect = &parameters.effect;
+        let material = PointMaterial::with_effects(m, effect, 0.0);
+        let softens = material.softening.is_some();
         Self {
-            material: PointMaterial::new(m),
-            conditions: Conditions::new(&sample.mesh, &parameters.boundary),
+            material,
+            drifting: effect.modulus_drift.is_active().then(|| (m.clone(), effect.clone())),
+            shear_layer: effect.slip.stiffness(),
+            compliance: effect.compliance.per_newton,
+            conditions: Conditions::new(&sample.mesh, &effect.slip.boundary(&parameters.boundary)),
             scheme: parameters.solver.time_scheme,
             tolerance: parameters.solver.newton_tolerance,
             stress_scale,
@@ -84,7 +98,8 @@ impl Stepper {
             column_scale,
             linear: LinearSolver::new(sample.structure.clone(), parameters.solver.linear_solver),
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
-            stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len()),
+            stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len())
+                .remembering(softens),
             stage_sensitivity: HistorySensitivity::default(),
             flows: if sensitivities { vec![Flow::default(); points * m.branches.len()] } else { Vec::new() },
             sensitivities,
@@ -103,7 +118,7 @@ impl Stepper {
             time,
             x: vec![0.0; unknowns],
             trend: Trend::at_rest(unknowns),
-            history: History::undeformed(elements, branches),
+            history: History::undeformed(elements, branches).remembering(self.material.softening.is_some()),
             outputs: Outputs::default(),
             sensitivity: self.sensitivities.then(|| Sensitivity::undeformed(unknowns, elements, branches)),
         }
@@ -135,6 +150,7 @@ impl Stepper {
             && state.trend.unknowns() == state.x.len()
             && state.history.jacobian.len() == self.stage_history.jacobian.len()
             && state.history.cv_inverse.len() == self.stage_history.cv_inverse.len()
+            && state.history.past_strain.len() == self.stage_history.past_strain.len()
             && state.sensitivity.is_some() == self.sensitivities
     }
 
@@ -162,6 +178,9 @@ impl Stepper {
             let ahead = (stage.time - reached) * dt;
             let length = stage.fraction * dt;
             let indentation = start + velocity * stage.time * dt;
+            if let Some((material, effect)) = &self.drifting {
+                self.material = PointMaterial::with_effects(material, effect, old.time + stage.time * dt);
+            }
             let from = new.x.clone();
             new.trend.extrapolate(&mut new.x, ahead);
             let mut solved = self.solve(&mut new.x, length, indentation, statistics);
@@ -192,6 +211,10 @@ impl Stepper {
             if last {
                 o.displacement = indentation;
                 o.force = reaction;
+                o.force_specimen = reaction;
+                // The machine keeps its own part of the work.
+                o.external_work -= coupling::machine_energy(self.compliance, reaction)
+                    - coupling::machine_energy(self.compliance, old.outputs.force_specimen);
                 o.force_solid = reaction - o.force_fluid;
                 o.stored_energy = integrals.stored_energy;
                 o.fluid_expelled = -integrals.volume_change;
@@ -221,6 +244,8 @@ impl Stepper {
             history: &self.stage_history,
             dt,
             indentation,
+            shear_layer: self.shear_layer,
+            compliance: self.compliance,
             raw_residual: &mut self.raw_residual,
             reaction_row: &mut self.reaction_row,
         };
@@ -258,6 +283,8 @@ struct StageSystem<'a> {
     history: &'a History,
     dt: f64,
     indentation: f64,
+    shear_layer: Option<f64>,
+    compliance: f64,
     raw_residual: &'a mut [f64],
     reaction_row: &'a mut [f64],
 }
@@ -266,7 +293,16 @@ impl System for StageSystem<'_> {
     fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
         let stage = Stage { x, old: self.history, dt: self.dt };
         self.body.assemble(&stage, residual, values).map_err(|failed| failed.element)?;
+        if let Some(stiffness) = self.shear_layer {
+            self.body.add_shear_layer(stiffness, x, residual, values);
+        }
         self.raw_residual.copy_from_slice(residual);
+        let indentation = if self.compliance == 0.0 {
+            self.indentation
+        } else {
+            let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
+            self.indentation - self.compliance * reaction
+        };
         for column in 0..x.len() {
             let (first, rows) = self.body.map.pattern.column(column);
             let scale = self.column_scale[column] / self.energy_scale;
@@ -293,10 +329,31 @@ impl System for StageSystem<'_> {
                     square += *r * *r;
                 }
                 Condition::Fixed => *r = x[unknown] / scale,
-                Condition::Punch => *r = (x[unknown] + self.indentation) / scale,
+                Condition::Punch => *r = (x[unknown] + indentation) / scale,
             }
         }
+        if self.compliance != 0.0 {
+            // All nodes of the punch miss its place by the same.
+            let miss = self.conditions.punch.first().map_or(0.0, |&u| residual[u]);
+            square += miss * miss;
+        }
         Ok(square.sqrt())
+    }
+
+    fn couple(
+        &self,
+        linear: &mut LinearSolver,
+        values: &[f64],
+        correction: &mut [f64],
+    ) -> Result<(), Singular> {
+        if self.compliance == 0.0 {
+            return Ok(());
+        }
+        let unit = coupling::UnitMotion::new(self.conditions, self.column_scale, self.reaction_row, |rhs| {
+            linear.solve_again(values, rhs)
+        })?;
+        unit.couple(self.compliance, self.column_scale, self.reaction_row, correction);
+        Ok(())
     }
 
     fn scale(&self) -> &[f64] {

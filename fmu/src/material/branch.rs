@@ -5,6 +5,7 @@
 //! deviatoric strain, so the solution is unique and a damped Newton iteration finds it.
 
 use super::ogden::Ogden;
+use crate::effect::eyring::{self, Linearised};
 use crate::parameters::BranchParameters;
 
 const MAX_ITERATIONS: usize = 100;
@@ -21,6 +22,10 @@ pub struct Branch {
     /// The spring.
     pub spring: Ogden,
     eta: f64,
+    /// Factor on the parameter eta that is part of `eta` already.
+    scale: f64,
+    /// `1 / (sqrt 2 tau_0)` of Eyring flow (1/Pa); 0: a linear dashpot.
+    eyring: f64,
 }
 
 /// Result of one update.
@@ -46,7 +51,24 @@ pub struct BranchSensitivity {
 impl Branch {
     /// The branch of a parameter set.
     pub fn new(p: &BranchParameters) -> Self {
-        Self { spring: Ogden::new(&p.ogden), eta: p.eta }
+        Self::with_effects(p, 1.0, 0.0)
+    }
+
+    /// The branch with `scale` times the stress at the same flow, and the inverse stress `1 / tau_0` (1/Pa)
+    /// of Eyring flow; its derivatives are still those by the parameters.
+    pub fn with_effects(p: &BranchParameters, scale: f64, inverse_stress: f64) -> Self {
+        Self {
+            spring: Ogden::scaled(&p.ogden, scale),
+            eta: scale * p.eta,
+            scale,
+            eyring: inverse_stress * std::f64::consts::FRAC_1_SQRT_2 / scale,
+        }
+    }
+
+    /// Eyring flow over `dt`, where the dashpot is not linear.
+    #[inline(always)]
+    fn eyring(&self, dt: f64) -> Option<eyring::Flow> {
+        (self.eyring != 0.0).then(|| eyring::Flow { k: self.fluidity(dt), c: self.eyring })
     }
 
     /// `dt / (2 eta)` (1/Pa).
@@ -61,6 +83,9 @@ impl Branch {
     /// `None` when the strain is too large for the exponentials or the iteration stalls.
     #[inline(always)]
     pub fn relax(&self, trial: &[f64; 3], dt: f64) -> Option<Relaxed> {
+        if let Some(flow) = self.eyring(dt) {
+            return flow.relax(&self.spring, trial);
+        }
         let k = self.fluidity(dt);
         // Exact at small strain.
         let share = 1.0 / (1.0 + k * self.spring.small_strain_stiffness());
@@ -113,7 +138,10 @@ impl Branch {
     #[inline(always)]
     pub fn tangent(&self, q: &[f64; 3], dt: f64) -> [[f64; 3]; 3] {
         let tangent = self.spring.tangent(q);
-        let inverse = relaxation(&self.spring.stiffness(q), self.fluidity(dt));
+        let inverse = match self.eyring(dt) {
+            None => relaxation(&self.spring.stiffness(q), self.fluidity(dt)),
+            Some(flow) => flow.linearise(&self.spring, q).slope,
+        };
         let mut t = [[0.0; 3]; 3];
         for i in 0..3 {
             for j in 0..3 {
@@ -133,12 +161,19 @@ impl Branch {
     pub fn sensitivity(&self, relaxed: &Relaxed, dt: f64) -> BranchSensitivity {
         let Relaxed { strain, powers } = relaxed;
         let k = self.fluidity(dt);
-        let strain_slope = relaxation(&self.spring.stiffness(powers), k);
         let stress_tangent = self.spring.tangent(powers);
-        let beta = self.spring.stress(powers);
         let [by_mu, by_alpha] = self.spring.sensitivity(strain, powers);
-        let scaled = |v: &[f64; 3], factor: f64| apply(&strain_slope, &v.map(|x| factor * x));
-        let strain = [scaled(&by_mu, -k), scaled(&by_alpha, -k), scaled(&beta, k / self.eta)];
+        let Linearised { inverse, slope: strain_slope, drive } = match self.eyring(dt) {
+            Some(flow) => flow.linearise(&self.spring, powers),
+            None => {
+                let inverse = relaxation(&self.spring.stiffness(powers), k);
+                Linearised { inverse, slope: inverse, drive: self.spring.stress(powers) }
+            }
+        };
+        let scaled = |v: &[f64; 3], factor: f64| apply(&inverse, &v.map(|x| factor * x));
+        // `eta` holds the scale already.
+        let by_eta = scaled(&drive, k / self.eta * self.scale);
+        let strain = [scaled(&by_mu, -k), scaled(&by_alpha, -k), by_eta];
         let mut stress = strain.map(|e| apply(&stress_tangent, &e));
         for (total, explicit) in stress.iter_mut().zip([by_mu, by_alpha]) {
             (0..3).for_each(|a| total[a] += explicit[a]);
@@ -146,10 +181,11 @@ impl Branch {
         BranchSensitivity { strain_slope, strain, stress }
     }
 
-    /// Dissipation rate `sum beta^2 / (2 eta)` (W/m^3) (Eq. 13).
+    /// Dissipation rate `sum beta^2 / (2 eta)` (W/m^3) (Eq. 13), times `sinh(x) / x` of Eyring flow.
     #[inline(always)]
     pub fn dissipation(&self, beta: &[f64; 3]) -> f64 {
-        beta.iter().map(|b| b * b).sum::<f64>() / (2.0 * self.eta)
+        let linear = beta.iter().map(|b| b * b).sum::<f64>() / (2.0 * self.eta);
+        self.eyring(0.0).map_or(linear, |flow| linear * flow.acceleration(beta))
     }
 
     #[inline(always)]

@@ -1,17 +1,33 @@
-//! Seepage (Eq. 11).
+//! Seepage (Eq. 11), with the strain-dependent permeability of [`crate::effect::permeability`].
 
-/// `w = -(K0/mu_FR) (J-n)/(1-n) grad p`, n = n0S.
+use crate::effect::permeability;
+
+/// `w = -(K0/mu_FR) (J-n)/(1-n) grad p`, n = n0S; K0 times `((J-n)/(1-n))^m` where the exponent m is not 0.
 #[derive(Debug, Clone, Copy)]
 pub struct Darcy {
     permeability: f64,
     fluid_viscosity: f64,
     n0s: f64,
+    exponent: f64,
+    /// Factor on the parameter K0 that is part of `permeability` already.
+    scale: f64,
 }
 
 impl Darcy {
     /// The law for K0 (m^2), mu_FR (Pa s) and the initial solid fraction.
     pub fn new(permeability: f64, fluid_viscosity: f64, n0s: f64) -> Self {
-        Self { permeability, fluid_viscosity, n0s }
+        Self::with_effects(permeability, fluid_viscosity, n0s, 0.0, 1.0)
+    }
+
+    /// The law with an exponent and `scale` times the permeability; its derivatives are still those by K0.
+    pub fn with_effects(
+        permeability: f64,
+        fluid_viscosity: f64,
+        n0s: f64,
+        exponent: f64,
+        scale: f64,
+    ) -> Self {
+        Self { permeability: scale * permeability, fluid_viscosity, n0s, exponent, scale }
     }
 
     /// `J k(J)` (m^4/(N s)), k the current mobility, and its derivative with respect to J.
@@ -20,7 +36,12 @@ impl Darcy {
     #[inline(always)]
     pub fn referential_mobility(&self, j: f64) -> (f64, f64) {
         let c = self.permeability / self.fluid_viscosity / (1.0 - self.n0s);
-        (c * j * (j - self.n0s), c * (2.0 * j - self.n0s))
+        let (mobility, slope) = (c * j * (j - self.n0s), c * (2.0 * j - self.n0s));
+        if self.exponent == 0.0 {
+            return (mobility, slope);
+        }
+        let [factor, by_j, _] = permeability::factor(self.exponent, j, self.n0s);
+        (mobility * factor, slope * factor + mobility * by_j)
     }
 
     /// Derivatives of the referential mobility by K0, mu_FR and n0S.
@@ -28,8 +49,12 @@ impl Darcy {
     pub fn sensitivity(&self, j: f64) -> [f64; 3] {
         let (mobility, _) = self.referential_mobility(j);
         let open = 1.0 - self.n0s;
-        let by_n0s = self.permeability / self.fluid_viscosity * j * (j - 1.0) / (open * open);
-        [mobility / self.permeability, -mobility / self.fluid_viscosity, by_n0s]
+        let mut by_n0s = self.permeability / self.fluid_viscosity * j * (j - 1.0) / (open * open);
+        if self.exponent != 0.0 {
+            let [factor, _, slope] = permeability::factor(self.exponent, j, self.n0s);
+            by_n0s = by_n0s * factor + mobility / factor * slope;
+        }
+        [mobility / self.permeability * self.scale, -mobility / self.fluid_viscosity, by_n0s]
     }
 }
 
@@ -39,25 +64,31 @@ mod tests {
 
     #[test]
     fn undeformed_mobility_is_permeability_over_viscosity() {
-        let law = Darcy::new(2.3e-15, 0.89e-3, 0.032);
-        let (m, dm) = law.referential_mobility(1.0);
-        approx::assert_relative_eq!(m, 2.3e-15 / 0.89e-3, max_relative = 1e-14);
-        let h = 1e-6;
-        let slope = (law.referential_mobility(1.0 + h).0 - law.referential_mobility(1.0 - h).0) / (2.0 * h);
-        approx::assert_relative_eq!(dm, slope, max_relative = 1e-8);
+        for exponent in [0.0, 4.5] {
+            let law = Darcy::with_effects(2.3e-15, 0.89e-3, 0.032, exponent, 1.0);
+            let (m, dm) = law.referential_mobility(1.0);
+            approx::assert_relative_eq!(m, 2.3e-15 / 0.89e-3, max_relative = 1e-14);
+            let h = 1e-6;
+            let slope =
+                (law.referential_mobility(1.0 + h).0 - law.referential_mobility(1.0 - h).0) / (2.0 * h);
+            approx::assert_relative_eq!(dm, slope, max_relative = 1e-8);
+        }
     }
 
     #[test]
     fn sensitivities_are_slopes() {
         let (at, j, h) = ([2.3e-15, 0.89e-3, 0.2], 0.8, 1e-5);
-        let mobility = |p: [f64; 3]| Darcy::new(p[0], p[1], p[2]).referential_mobility(j).0;
-        let exact = Darcy::new(at[0], at[1], at[2]).sensitivity(j);
-        for k in 0..3 {
-            let (mut up, mut down) = (at, at);
-            up[k] *= 1.0 + h;
-            down[k] *= 1.0 - h;
-            let slope = (mobility(up) - mobility(down)) / (2.0 * h * at[k]);
-            approx::assert_relative_eq!(exact[k], slope, max_relative = 1e-8);
+        for (exponent, scale) in [(0.0, 1.0), (4.5, 0.7)] {
+            let law = |p: [f64; 3]| Darcy::with_effects(p[0], p[1], p[2], exponent, scale);
+            let exact = law(at).sensitivity(j);
+            for k in 0..3 {
+                let (mut up, mut down) = (at, at);
+                up[k] *= 1.0 + h;
+                down[k] *= 1.0 - h;
+                let mobility = |p| law(p).referential_mobility(j).0;
+                let slope = (mobility(up) - mobility(down)) / (2.0 * h * at[k]);
+                approx::assert_relative_eq!(exact[k], slope, max_relative = 1e-8);
+            }
         }
     }
 

@@ -7,12 +7,19 @@ use crate::parameters::OgdenParameters;
 pub struct Ogden {
     mu: f64,
     alpha: f64,
+    /// Factor on the parameter mu that is part of `mu` already.
+    scale: f64,
 }
 
 impl Ogden {
     /// The law of a parameter pair.
     pub fn new(p: &OgdenParameters) -> Self {
-        Self { mu: p.mu, alpha: p.alpha }
+        Self::scaled(p, 1.0)
+    }
+
+    /// The law with `scale` times the stress; its derivatives are still those by the parameters.
+    pub fn scaled(p: &OgdenParameters, scale: f64) -> Self {
+        Self { mu: scale * p.mu, alpha: p.alpha, scale }
     }
 
     /// Powers of the isochoric principal stretches, `q_a = ltilde_a^alpha`.
@@ -35,12 +42,12 @@ impl Ogden {
         q.map(|q_a| self.mu * (q_a - mean))
     }
 
-    /// Derivatives of `beta` at fixed strain by mu [-] and alpha (Pa).
+    /// Derivatives of `beta` at fixed strain by the parameters mu [-] and alpha (Pa).
     #[inline(always)]
     pub fn sensitivity(&self, e: &[f64; 3], q: &[f64; 3]) -> [[f64; 3]; 2] {
         let slope: [f64; 3] = std::array::from_fn(|a| e[a] * q[a]);
         let (mean_q, mean_slope) = ((q[0] + q[1] + q[2]) / 3.0, (slope[0] + slope[1] + slope[2]) / 3.0);
-        [q.map(|q_a| q_a - mean_q), slope.map(|s| self.mu * (s - mean_slope))]
+        [q.map(|q_a| self.scale * (q_a - mean_q)), slope.map(|s| self.mu * (s - mean_slope))]
     }
 
     /// `d beta / d eps` at zero strain on deviators, `mu alpha` (Pa).

@@ -6,6 +6,8 @@ use super::ogden::Ogden;
 use super::spectral::{Spectral, deviator};
 use super::volumetric::Volumetric;
 use super::{Voigt, Voigt2};
+use crate::effect::EffectParameters;
+use crate::effect::softening::Softening;
 use crate::parameters::MaterialParameters;
 
 /// Deformation gradient of the axisymmetric problem: `[[rr, rz], [zr, zz]]` and `tt`.
@@ -79,17 +81,30 @@ pub struct PointMaterial {
     pub volumetric: Volumetric,
     /// Seepage law.
     pub darcy: Darcy,
+    /// Softening with past strain, where it acts; the caller knows the past and applies it.
+    pub softening: Option<Softening>,
     n0s: f64,
 }
 
 impl PointMaterial {
     /// The laws of a parameter set.
     pub fn new(p: &MaterialParameters) -> Self {
+        Self::with_effects(p, &EffectParameters::default(), 0.0)
+    }
+
+    /// The laws of a parameter set with the effects of the specimen, at `time` (s) since the test's start.
+    pub fn with_effects(p: &MaterialParameters, effect: &EffectParameters, time: f64) -> Self {
+        // Both factors are exactly 1 at null, and multiplying by them changes no bit.
+        let amplitude = effect.amplitude.factor();
+        let scale = amplitude * effect.modulus_drift.factor(time);
+        let (inverse_stress, exponent) = (effect.eyring.inverse_stress, effect.permeability.exponent);
+        let branch = |b| Branch::with_effects(b, scale, inverse_stress);
         Self {
-            equilibrium: Ogden::new(&p.equilibrium),
-            branches: p.branches.iter().map(Branch::new).collect(),
-            volumetric: Volumetric::new(p.lambda_star, p.n0s),
-            darcy: Darcy::new(p.permeability, p.fluid_viscosity, p.n0s),
+            equilibrium: Ogden::scaled(&p.equilibrium, scale),
+            branches: p.branches.iter().map(branch).collect(),
+            volumetric: Volumetric::scaled(p.lambda_star, p.n0s, scale),
+            darcy: Darcy::with_effects(p.permeability, p.fluid_viscosity, p.n0s, exponent, 1.0 / amplitude),
+            softening: effect.softening.law(),
             n0s: p.n0s,
         }
     }
@@ -193,7 +208,15 @@ mod tests {
     /// `d tau = C : d + l tau + tau l^T`.
     #[test]
     fn tangent_matches_finite_differences() {
-        let material = PointMaterial::new(&MaterialParameters::default());
+        let mut effect = EffectParameters::default();
+        for inverse_stress in [0.0, 5e-3] {
+            effect.eyring.inverse_stress = inverse_stress;
+            let material = PointMaterial::with_effects(&MaterialParameters::default(), &effect, 0.0);
+            matches_finite_differences(&material);
+        }
+    }
+
+    fn matches_finite_differences(material: &PointMaterial) {
         let history = [[1.1, 0.93, 1.0 / (1.1 * 0.93 - 0.0025), 0.05], [0.9, 1.05, 1.06, -0.02]];
         let f = DeformationGradient { plane: [[1.1, 0.2], [-0.1, 0.85]], hoop: 1.07 };
         let (dt, h) = (3e-3, 1e-6);

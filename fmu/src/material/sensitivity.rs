@@ -159,6 +159,7 @@ impl PointMaterial {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect::EffectParameters;
     use crate::parameters::MaterialParameters;
 
     const DT: f64 = 3e-3;
@@ -166,7 +167,21 @@ mod tests {
     const F: DeformationGradient = DeformationGradient { plane: [[1.1, 0.2], [-0.1, 0.85]], hoop: 1.07 };
     const HISTORY: [Voigt; 2] = [[1.1, 0.93, 1.0 / (1.1 * 0.93 - 0.0025), 0.05], [0.9, 1.05, 1.06, -0.02]];
 
-    fn with(parameter: MaterialParameter, relative: f64) -> (PointMaterial, f64) {
+    /// The plain material, and one with every effect that the derivatives know.
+    fn effects() -> [EffectParameters; 2] {
+        let mut all = EffectParameters::default();
+        all.eyring.inverse_stress = 5e-3;
+        all.permeability.exponent = 4.0;
+        all.amplitude.log_factor = 0.4;
+        all.modulus_drift.rate = 1e-2;
+        [EffectParameters::default(), all]
+    }
+
+    fn made(m: &MaterialParameters, effect: &EffectParameters) -> PointMaterial {
+        PointMaterial::with_effects(m, effect, 20.0)
+    }
+
+    fn with(parameter: MaterialParameter, relative: f64, effect: &EffectParameters) -> (PointMaterial, f64) {
         let mut m = MaterialParameters::default();
         let value = match parameter {
             MaterialParameter::Mu(Spring::Equilibrium) => &mut m.equilibrium.mu,
@@ -181,12 +196,13 @@ mod tests {
         };
         *value *= 1.0 + relative;
         let value = *value;
-        (PointMaterial::new(&m), value)
+        (made(&m, effect), value)
     }
 
     /// Moves parameter, deformation and history together, by `s` along the given changes.
     fn moved(
         parameter: MaterialParameter,
+        effect: &EffectParameters,
         s: f64,
         l: &SpatialGradient,
         changes: &[Voigt],
@@ -198,20 +214,24 @@ mod tests {
             }
         }
         f.hoop += s * l.hoop * F.hoop;
-        let (_, value) = with(parameter, 0.0);
+        let (_, value) = with(parameter, 0.0, effect);
         let history = std::array::from_fn(|b| std::array::from_fn(|i| HISTORY[b][i] + s * changes[b][i]));
-        (with(parameter, s / value).0, f, history)
+        (with(parameter, s / value, effect).0, f, history)
     }
 
     /// Stress at fixed deformation and updated history against central differences, 1e-6.
     #[test]
     fn sensitivities_match_finite_differences() {
-        let material = PointMaterial::new(&MaterialParameters::default());
+        effects().iter().for_each(matches_finite_differences);
+    }
+
+    fn matches_finite_differences(effect: &EffectParameters) {
+        let material = made(&MaterialParameters::default(), effect);
         let count = MaterialParameter::count(2);
         let still = SpatialGradient::default();
         let l = SpatialGradient { plane: [[0.3, -0.2], [0.5, 0.1]], hoop: -0.4 };
         for parameter in MaterialParameter::all(2) {
-            let (_, value) = with(parameter, 0.0);
+            let (_, value) = with(parameter, 0.0, effect);
             let h = 1e-5 * value.abs();
             // Changes as large as one per value of the parameter.
             let l = SpatialGradient { plane: l.plane.map(|r| r.map(|x| x / value)), hoop: l.hoop / value };
@@ -225,7 +245,7 @@ mod tests {
             let mut flows = [Flow::default(); 2];
             material.stress_sensitivity(&F, &HISTORY, &changes, DT, &mut flows, &mut stress).unwrap();
             let at = |s: f64| {
-                let (material, f, history) = moved(parameter, s, &still, &own);
+                let (material, f, history) = moved(parameter, effect, s, &still, &own);
                 material.elasticity(&f, &history, DT).unwrap().kirchhoff_stress
             };
             compare(&stress[parameter.index()], &at(h), &at(-h), h);
@@ -233,7 +253,7 @@ mod tests {
             let mut updated = vec![[0.0; 4]; 2 * count];
             material.history_sensitivity(&F, &flows, &changes, &gradients, REACH, &mut updated);
             let at = |s: f64| {
-                let (material, f, history) = moved(parameter, s, &l, &own);
+                let (material, f, history) = moved(parameter, effect, s, &l, &own);
                 let mut updated = [[0.0; 4]; 2];
                 material.update(&f, &history, DT, REACH, &mut updated).unwrap();
                 updated

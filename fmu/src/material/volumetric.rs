@@ -5,12 +5,19 @@
 pub struct Volumetric {
     lambda_star: f64,
     n0s: f64,
+    /// Factor on the parameter lambda* that is part of `lambda_star` already.
+    scale: f64,
 }
 
 impl Volumetric {
     /// The law for lambda* (Pa) and the initial solid fraction.
     pub fn new(lambda_star: f64, n0s: f64) -> Self {
-        Self { lambda_star, n0s }
+        Self::scaled(lambda_star, n0s, 1.0)
+    }
+
+    /// The law with `scale` times the stress; its derivatives are still those by the parameters.
+    pub fn scaled(lambda_star: f64, n0s: f64, scale: f64) -> Self {
+        Self { lambda_star: scale * lambda_star, n0s, scale }
     }
 
     /// Kirchhoff stress (Pa) on the diagonal and `J d tau / dJ` (Pa).
@@ -22,12 +29,12 @@ impl Volumetric {
         (c * (j / s - j / pore), c * j * (1.0 / s + n / (pore * pore)))
     }
 
-    /// Derivatives of the Kirchhoff stress by lambda* [-] and by n0S (Pa).
+    /// Derivatives of the Kirchhoff stress by the parameters lambda* [-] and n0S (Pa).
     #[inline(always)]
     pub fn sensitivity(&self, j: f64) -> [f64; 2] {
         let (s, pore) = (1.0 - self.n0s, j - self.n0s);
         let by_n0s = self.lambda_star * (2.0 * s * j / pore - j - s * s * j / (pore * pore));
-        [s * j - s * s * j / pore, by_n0s]
+        [self.scale * (s * j - s * s * j / pore), by_n0s]
     }
 
     /// Stored energy (J/m^3).

@@ -174,6 +174,7 @@ impl SolidStepper {
             if last {
                 o.displacement = indentation;
                 o.force = reaction;
+                o.force_specimen = reaction;
                 o.force_solid = reaction - o.force_fluid;
                 o.stored_energy = integrals.stored_energy;
                 o.fluid_expelled = -integrals.volume_change;

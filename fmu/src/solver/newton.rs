@@ -1,6 +1,6 @@
 //! Newton iteration with line search for one implicit stage.
 
-use super::linear::LinearSolver;
+use super::linear::{LinearSolver, Singular};
 use crate::outputs::Statistics;
 use thiserror::Error;
 
@@ -42,6 +42,20 @@ pub trait System {
     /// # Errors
     /// The element that cannot be evaluated.
     fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize>;
+
+    /// Completes a solution of the linear system whose factors `linear` holds by couplings that its matrix
+    /// does not contain.
+    ///
+    /// # Errors
+    /// When a solution with these factors fails.
+    fn couple(
+        &self,
+        _linear: &mut LinearSolver,
+        _values: &[f64],
+        _correction: &mut [f64],
+    ) -> Result<(), Singular> {
+        Ok(())
+    }
 
     /// Units of the unknowns: a correction is the solution of the scaled system times these.
     fn scale(&self) -> &[f64];
@@ -93,7 +107,9 @@ pub fn solve(
         statistics.iterations += 1;
         statistics.factorisations += 1;
         correction.copy_from_slice(residual);
-        linear.solve(values, correction).map_err(|_| NewtonFailure::Singular(iteration))?;
+        let singular = |_| NewtonFailure::Singular(iteration);
+        linear.solve(values, correction).map_err(singular)?;
+        system.couple(linear, values, correction).map_err(singular)?;
         let largest = correction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let negligible = constrained && largest <= NEGLIGIBLE;
         for (c, s) in correction.iter_mut().zip(system.scale()) {

@@ -8,10 +8,12 @@ mod settings;
 mod table;
 pub mod units;
 
+pub(crate) use table::{field, flag, real};
+
 pub use settings::{BRANCHES, ProtocolSource, Readings, Settings};
 pub use units::Unit;
 
-use crate::ForceSensitivity;
+use crate::{ForceSensitivity, ParameterError};
 
 /// Role of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,7 +98,7 @@ pub struct Identification {
 
 /// Where a variable lives: readers and, for parameters and inputs, writers.
 #[derive(Debug, Clone, Copy)]
-enum Binding {
+pub(crate) enum Binding {
     Real(fn(&Settings) -> f64, fn(&mut Settings, f64)),
     Integer(fn(&Settings) -> i32, fn(&mut Settings, i32)),
     Boolean(fn(&Settings) -> bool, fn(&mut Settings, bool)),
@@ -217,6 +219,18 @@ impl Variable {
             Kind::Real { unit, .. } => Some(unit),
             _ => None,
         }
+    }
+
+    /// Checks a value that was not set by name.
+    pub(crate) fn validate(&self, settings: &Settings) -> Result<(), ParameterError> {
+        let value = self.get(settings, &Readings::default());
+        let (Kind::Real { range: Some((min, max)), .. }, Value::Real(value)) = (self.kind, value) else {
+            return Ok(());
+        };
+        if (min..=max).contains(&value) {
+            return Ok(());
+        }
+        Err(ParameterError::OutOfRange { name: self.name.to_owned(), value, min, max })
     }
 
     fn check(&self, value: Value) -> Result<(), VariableError> {

@@ -27,7 +27,7 @@ pub enum ProtocolSource {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Always holds [`BRANCHES`] branches; see [`Settings::parameters`].
-    pub(super) padded: Parameters,
+    pub(crate) padded: Parameters,
     /// Where the displacement comes from.
     pub source: ProtocolSource,
     /// The built-in protocol.
@@ -53,6 +53,11 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Settings that hold these parameters, for reading them by name; absent branches have no place in them.
+    pub(crate) fn padding(parameters: &Parameters) -> Self {
+        Self { padded: parameters.clone(), ..Self::default() }
+    }
+
     /// The model's parameters, without the absent branches.
     pub fn parameters(&self) -> Parameters {
         let mut parameters = self.padded.clone();
@@ -109,7 +114,7 @@ mod tests {
     fn derivatives_of_absent_branches_are_zero() {
         let mut settings = Settings::default();
         settings.padded.material.branches[0].ogden.mu = 0.0;
-        let one = |force| ForceSensitivity { force, fluid: 0.0 };
+        let one = |force| ForceSensitivity { force, specimen: force, fluid: 0.0 };
         let present: Vec<_> = (1..=MaterialParameter::count(1)).map(|k| one(k as f64)).collect();
         let all = settings.spread(&present);
         assert_eq!(all[MaterialParameter::Alpha(Spring::Equilibrium).index()].force, 6.0);

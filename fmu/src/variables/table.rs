@@ -49,8 +49,11 @@ const PROTOCOL_SOURCE: Enumeration = Enumeration {
 
 /// Reader and writer of a field of `Settings`.
 macro_rules! field {
-    ($kind:ident, $($path:ident).+) => { Binding::$kind(|s| s.$($path).+, |s, v| s.$($path).+ = v) };
+    ($kind:ident, $($path:ident).+) => {
+        $crate::variables::Binding::$kind(|s| s.$($path).+, |s, v| s.$($path).+ = v)
+    };
 }
+pub(crate) use field;
 
 /// Reader and writer of an enumeration, its items in the order of the variants.
 macro_rules! choice {
@@ -76,7 +79,7 @@ pub(super) const fn variable(
     Variable { name, description, causality, variability, kind, identification: None, binding }
 }
 
-const fn real(
+pub(crate) const fn real(
     name: &'static str,
     description: &'static str,
     unit: &'static Unit,
@@ -86,7 +89,7 @@ const fn real(
     variable(name, description, Kind::Real { unit, range: Some((min, max)) }, binding)
 }
 
-const fn flag(name: &'static str, description: &'static str, binding: Binding) -> Variable {
+pub(crate) const fn flag(name: &'static str, description: &'static str, binding: Binding) -> Variable {
     variable(name, description, Kind::Boolean, binding)
 }
 
@@ -151,9 +154,15 @@ const INPUTS: &[Variable] = &[
 ];
 
 const OUTPUTS: &[Variable] = &[
-    output("force", "Reaction force on the punch (work-conjugate, nodal)", &NEWTON, |r| r.outputs.force),
-    output("force_solid", "Part of the force carried by the solid", &NEWTON, |r| r.outputs.force_solid),
-    output("force_fluid", "Part of the force carried by the pore pressure", &NEWTON, |r| {
+    output(
+        "force",
+        "What the load cell reads: the reaction force on the punch (work-conjugate, nodal), unless an effect \
+             of the sensor is on",
+        &NEWTON,
+        |r| r.outputs.force,
+    ),
+    output("force_solid", "Part of force_specimen carried by the solid", &NEWTON, |r| r.outputs.force_solid),
+    output("force_fluid", "Part of force_specimen carried by the pore pressure", &NEWTON, |r| {
         r.outputs.force_fluid
     }),
     output(
@@ -163,7 +172,22 @@ const OUTPUTS: &[Variable] = &[
         &NEWTON,
         |r| r.outputs.force_traction,
     ),
-    output("punch_displacement", "Displacement reached by the punch", &METRE, |r| r.outputs.displacement),
+    output(
+        "force_specimen",
+        "Reaction force of the specimen on the punch (work-conjugate, nodal)",
+        &NEWTON,
+        |r| r.outputs.force_specimen,
+    ),
+    output("punch_displacement", "Displacement reached, as it is measured", &METRE, |r| {
+        r.outputs.displacement
+    }),
+    output(
+        "indentation",
+        "Depth of the punch's face below the true surface: punch_displacement, plus the contact point's \
+             offset, less what the machine yields",
+        &METRE,
+        |r| r.outputs.indentation,
+    ),
     output("viscous_dissipation_rate", "Viscous dissipation rate (Eq. 13)", &WATT, |r| {
         r.outputs.viscous_dissipation_rate
     }),
@@ -498,7 +522,7 @@ const PROTOCOL: &[Variable] = &[
     ),
 ];
 
-/// The sections in the order of the value references.
+/// The sections in the order of the value references; those of the effects follow.
 const SECTIONS: [&[Variable]; 16] = [
     INPUTS,
     OUTPUTS,
@@ -518,11 +542,23 @@ const SECTIONS: [&[Variable]; 16] = [
     &sensitivities::FORCE_FLUID,
 ];
 
+/// A section of the table by its number.
+const fn section(number: usize) -> Option<&'static [Variable]> {
+    let effects = crate::effect::VARIABLES;
+    if number < SECTIONS.len() {
+        Some(SECTIONS[number])
+    } else if number < SECTIONS.len() + effects.len() {
+        Some(effects[number - SECTIONS.len()])
+    } else {
+        None
+    }
+}
+
 const LENGTH_OF_TABLE: usize = {
-    let (mut section, mut length) = (0, 0);
-    while section < SECTIONS.len() {
-        length += SECTIONS[section].len();
-        section += 1;
+    let (mut number, mut length) = (0, 0);
+    while let Some(rows) = section(number) {
+        length += rows.len();
+        number += 1;
     }
     length
 };
@@ -530,15 +566,15 @@ const LENGTH_OF_TABLE: usize = {
 /// Without any memory of its own: hosts load and free the library thousands of times.
 pub(super) static TABLE: [Variable; LENGTH_OF_TABLE] = {
     let mut table = [SECTIONS[0][0]; LENGTH_OF_TABLE];
-    let (mut section, mut at) = (0, 0);
-    while section < SECTIONS.len() {
+    let (mut number, mut at) = (0, 0);
+    while let Some(rows) = section(number) {
         let mut row = 0;
-        while row < SECTIONS[section].len() {
-            table[at] = SECTIONS[section][row];
+        while row < rows.len() {
+            table[at] = rows[row];
             at += 1;
             row += 1;
         }
-        section += 1;
+        number += 1;
     }
     table
 };

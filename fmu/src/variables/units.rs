@@ -43,11 +43,21 @@ pub const NEWTON_PER_PASCAL: Unit = unit("N/Pa", (0, 2, 0), "mN/Pa", 1e3);
 pub const NEWTON_PER_PASCAL_SECOND: Unit = unit("N/(Pa s)", (0, 2, -1), "mN/(Pa s)", 1e3);
 /// Change of a force with a permeability.
 pub const NEWTON_PER_SQUARE_METRE: Unit = unit("N/m^2", (1, -1, -2), "mN/mm^2", 1e-3);
+/// Reciprocal of a stress.
+pub const PER_PASCAL: Unit = unit("1/Pa", (-1, 1, 2), "1/kPa", 1e3);
+/// Relative rate.
+pub const PER_SECOND: Unit = unit("1/s", (0, 0, -1), "1/s", 1.0);
+/// Slip per traction.
+pub const METRE_PER_PASCAL: Unit = unit("m/Pa", (-1, 2, 2), "mm/Pa", 1e3);
+/// Compliance.
+pub const METRE_PER_NEWTON: Unit = unit("m/N", (-1, 0, 2), "mm/mN", 1.0);
+/// Rate of a force.
+pub const NEWTON_PER_SECOND: Unit = unit("N/s", (1, 1, -3), "mN/s", 1e3);
 /// Energy.
 pub const JOULE: Unit = unit("J", (1, 2, -2), "uJ", 1e6);
 
 /// Every unit that the variable table may use.
-pub const ALL: [&Unit; 14] = [
+pub const ALL: [&Unit; 19] = [
     &ONE,
     &METRE,
     &METRE_PER_SECOND,
@@ -60,6 +70,11 @@ pub const ALL: [&Unit; 14] = [
     &NEWTON_PER_PASCAL,
     &NEWTON_PER_PASCAL_SECOND,
     &NEWTON_PER_SQUARE_METRE,
+    &PER_PASCAL,
+    &PER_SECOND,
+    &METRE_PER_PASCAL,
+    &METRE_PER_NEWTON,
+    &NEWTON_PER_SECOND,
     &WATT,
     &JOULE,
 ];

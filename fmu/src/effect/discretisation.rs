@@ -1,0 +1,36 @@
+//! Discretisation: errors of mesh and time steps, and the traction integral as the force that is read out.
+
+use super::descriptor::{Effect, Place, geometric, one_sided, switch, two_sided};
+use crate::variables::{Variable, field, flag};
+use serde::{Deserialize, Serialize};
+
+/// What is read out.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Parameters {
+    /// The force is the surface integral of the traction instead of the nodal reaction.
+    pub traction: bool,
+}
+
+pub(super) const VARIABLES: &[Variable] = &[flag(
+    "effect.discretisation.traction",
+    "The force that is read is the surface integral of the traction, as the paper reports it",
+    field!(Boolean, padded.effect.discretisation.traction),
+)];
+
+/// The declaration.
+pub const EFFECT: Effect = Effect {
+    name: "discretisation",
+    title: "discretisation",
+    place: Place::Numerics,
+    variants: &[
+        one_sided("mesh", &[switch("mesh.preset", 2.0, 3.0)]),
+        two_sided("time", &[geometric("solver.tolerance", 3e-4, 3e-5)]),
+        one_sided("traction", &[switch("effect.discretisation.traction", 0.0, 1.0)]).without_sensitivities(),
+    ],
+    physics: "The edge of a bonded punch is singular: the force converges slowly on refinement, and the \
+              integral of the traction, which the paper reports, does not converge. Backward Euler steps \
+              lengthen a relaxation time by half a step.",
+    revealed_by: "Nothing in the data: refining mesh and steps shows it.",
+    mimicked_by: "All moduli together, amplitude.",
+    mimics: &["amplitude", "specimen_size"],
+};

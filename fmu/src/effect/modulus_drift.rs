@@ -1,0 +1,50 @@
+//! Modulus drift: the specimen dries or swells while it is tested.
+//!
+//! All springs and dashpots and lambda* times `exp(rate t)`, t since the test's start: relaxation times stay.
+//! The change of the moduli under stress does work of its own, which no output reports.
+
+use super::descriptor::{Effect, Place, linear, two_sided};
+use crate::variables::units::PER_SECOND;
+use crate::variables::{Variable, field, real};
+use serde::{Deserialize, Serialize};
+
+/// Growth of the moduli.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Relative rate of growth (1/s); negative swells.
+    pub rate: f64,
+}
+
+impl Parameters {
+    pub(crate) fn is_active(&self) -> bool {
+        self.rate != 0.0
+    }
+
+    /// Factor on the moduli at `time` (s); exactly 1 at null.
+    pub(crate) fn factor(&self, time: f64) -> f64 {
+        (self.rate * time).exp()
+    }
+}
+
+pub(super) const VARIABLES: &[Variable] = &[real(
+    "effect.modulus_drift.rate",
+    "Rate at which all moduli and viscosities grow, exp(rate time), time since the test's start",
+    &PER_SECOND,
+    (-1.0, 1.0),
+    field!(Real, padded.effect.modulus_drift.rate),
+)];
+
+/// The declaration.
+pub const EFFECT: Effect = Effect {
+    name: "modulus_drift",
+    title: "modulus drift (drying, swelling)",
+    place: Place::Specimen,
+    variants: &[two_sided("drying", &[linear("effect.modulus_drift.rate", 0.0, 1e-4)])],
+    physics: "Drying stiffens the skeleton, swelling softens it, whatever the punch does. All moduli and \
+              viscosities grow exponentially with the time since the test's start.",
+    revealed_by: "Peaks and ends of the hold that grow or fall together from cycle to cycle, also after long \
+                  rests.",
+    mimicked_by: "Over one hold a slow branch; softening for a falling force, but that ends after the first \
+                  cycle.",
+    mimics: &["third_branch", "softening", "load_cell_drift"],
+};

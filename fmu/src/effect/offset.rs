@@ -1,0 +1,34 @@
+//! Contact-point offset: the true surface lies above or below the nominal zero.
+
+use super::descriptor::{Effect, Place, linear, two_sided};
+use crate::variables::units::METRE;
+use crate::variables::{Variable, field, real};
+use serde::{Deserialize, Serialize};
+
+/// Where the surface is.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Height of the true surface above the nominal zero (m).
+    pub height: f64,
+}
+
+pub(super) const VARIABLES: &[Variable] = &[real(
+    "effect.offset.height",
+    "Height of the true surface above the nominal zero: the sample feels displacement + height",
+    &METRE,
+    (-1.0, 1.0),
+    field!(Real, padded.effect.offset.height),
+)];
+
+/// The declaration.
+pub const EFFECT: Effect = Effect {
+    name: "offset",
+    title: "contact-point offset",
+    place: Place::Contact,
+    variants: &[two_sided("surface above zero", &[linear("effect.offset.height", 0.0, 5e-5)])],
+    physics: "The surface was found at a threshold force, or by eye, and lies elsewhere. Contact begins earlier \
+              or later, and every depth is wrong by the same height.",
+    revealed_by: "The onset of force in the approach and the foot of the loading ramp.",
+    mimicked_by: "Amplitude at the peak alone; a lag shifts the onset in time, in proportion to the rate.",
+    mimics: &["amplitude", "load_cell_lag", "compliance"],
+};

@@ -1,0 +1,58 @@
+//! Frictionless or partly slipping punch: a thin shear layer between punch and sample.
+//!
+//! The traction `t_r = -u_r / c` per reference area holds the face of the sample back, `c` the layer's
+//! compliance: 0 is the bonded punch, infinity the frictionless one. The layer is elastic and its energy is
+//! not among the outputs.
+
+use super::descriptor::{Effect, Place, linear, one_sided, switch};
+use crate::parameters::BoundaryParameters;
+use crate::variables::units::METRE_PER_PASCAL;
+use crate::variables::{Variable, field, real};
+use serde::{Deserialize, Serialize};
+
+/// Compliance of the layer.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Parameters {
+    /// c (m/Pa).
+    pub compliance: f64,
+}
+
+impl Parameters {
+    pub(crate) fn is_active(&self) -> bool {
+        self.compliance != 0.0
+    }
+
+    /// Stiffness of the layer (Pa/m), where there is one.
+    pub(crate) fn stiffness(&self) -> Option<f64> {
+        self.is_active().then(|| 1.0 / self.compliance)
+    }
+
+    /// The boundary conditions with it: the layer takes the place of the bond.
+    pub(crate) fn boundary(&self, plain: &BoundaryParameters) -> BoundaryParameters {
+        BoundaryParameters { bonded_punch: plain.bonded_punch && !self.is_active(), ..plain.clone() }
+    }
+}
+
+pub(super) const VARIABLES: &[Variable] = &[real(
+    "effect.slip.compliance",
+    "Compliance of a thin shear layer under the bonded punch: radial slip per shear traction",
+    &METRE_PER_PASCAL,
+    (0.0, 1e6),
+    field!(Real, padded.effect.slip.compliance),
+)];
+
+/// The declaration.
+pub const EFFECT: Effect = Effect {
+    name: "slip",
+    title: "frictionless or partly slipping punch",
+    place: Place::Contact,
+    variants: &[
+        one_sided("partial", &[linear("effect.slip.compliance", 0.0, 1e-6)]),
+        one_sided("frictionless", &[switch("boundary.bonded_punch", 1.0, 0.0)]),
+    ],
+    physics: "The wet surface slides under the punch, held back by a thin shear layer. Without any bond the \
+              force is some per cent less and the edge's singularity weaker.",
+    revealed_by: "Next to nothing in the force; a picture of the contact's edge.",
+    mimicked_by: "All moduli together, amplitude.",
+    mimics: &["amplitude", "specimen_size"],
+};

@@ -1,0 +1,81 @@
+//! The load cell along the path: what it reads of the force between the ends of the steps.
+
+use crate::effect::{EffectParameters, load_cell_lag};
+use crate::outputs::{ForceSensitivity, Outputs};
+use serde::{Deserialize, Serialize};
+
+/// A load cell in contact; its state is that at the start of the step that covers the present.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LoadCell {
+    /// Time constant (s); 0 reads at once.
+    lag: f64,
+    /// Whether the traction integral is read instead of the nodal force.
+    traction: bool,
+    /// Time of the state (s).
+    time: f64,
+    /// Reading (N), and its derivatives where they are computed.
+    reading: f64,
+    derivatives: Vec<f64>,
+}
+
+impl LoadCell {
+    /// A cell at rest at `time` (s).
+    pub fn at_rest(effect: &EffectParameters, time: f64) -> Self {
+        let (lag, traction) = (effect.load_cell_lag.time, effect.discretisation.traction);
+        Self { lag, traction, time, reading: 0.0, derivatives: Vec::new() }
+    }
+
+    /// Whether it reads the force of the same moment.
+    pub fn is_immediate(&self) -> bool {
+        self.lag == 0.0
+    }
+
+    /// The force that acts on it.
+    pub fn felt(&self, outputs: &Outputs) -> f64 {
+        if self.traction { outputs.force_traction } else { outputs.force_specimen }
+    }
+
+    /// Factors of the state and of values along the path, interpolated by `lagrange`, in the reading at `time`.
+    fn response(&self, time: f64, lagrange: impl Fn(f64) -> Vec<f64>) -> (f64, Vec<f64>) {
+        load_cell_lag::response(self.lag, (self.time, time), lagrange)
+    }
+
+    /// Reading at `time`, the force's `values` interpolated by `lagrange`; for a cell with a lag.
+    pub fn read(&self, time: f64, values: &[f64], lagrange: impl Fn(f64) -> Vec<f64>) -> f64 {
+        let (kept, factors) = self.response(time, lagrange);
+        kept * self.reading + factors.iter().zip(values).map(|(f, v)| f * v).sum::<f64>()
+    }
+
+    /// Derivatives of the reading at `time` in `force`, from those of the nodes.
+    pub fn read_derivatives(
+        &self,
+        time: f64,
+        nodes: &[&[ForceSensitivity]],
+        lagrange: impl Fn(f64) -> Vec<f64>,
+    ) -> Vec<f64> {
+        let (kept, factors) = self.response(time, lagrange);
+        let parameters = nodes.first().map_or(0, |node| node.len());
+        (0..parameters)
+            .map(|k| {
+                let new: f64 = factors.iter().zip(nodes).map(|(f, node)| f * node[k].specimen).sum();
+                kept * self.derivatives.get(k).unwrap_or(&0.0) + new
+            })
+            .collect()
+    }
+
+    /// Moves the state on to `time`.
+    pub fn follow(
+        &mut self,
+        time: f64,
+        values: &[f64],
+        nodes: &[&[ForceSensitivity]],
+        lagrange: impl Fn(f64) -> Vec<f64>,
+    ) {
+        if self.is_immediate() || time <= self.time {
+            return;
+        }
+        let reading = self.read(time, values, &lagrange);
+        self.derivatives = self.read_derivatives(time, nodes, &lagrange);
+        (self.reading, self.time) = (reading, time);
+    }
+}
