@@ -1,7 +1,7 @@
 //! Fits by generalised least squares: the plain model, or the model with effects, and their linearisation.
 
 use super::covariance::Covariance;
-use super::effect::{Candidate, Sign};
+use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
 use super::problem::{EffectProblem, Setup, is_continuous};
 use super::screening::{Linearised, normal_cdf};
 use crate::fit::multi_start::minimise_from_many;
@@ -66,7 +66,7 @@ pub fn parameter_prior(setup: Setup) -> Prior {
     Prior { mean: setup.parameters.start().to_vec(), deviation: lower.iter().zip(upper).map(width).collect() }
 }
 
-/// Fits parameters and the magnitudes of `active` (normal before, deviation one plausible scale).
+/// Fits parameters and the magnitudes of `active` (normal before, see [`PRIOR_DEVIATION`]).
 ///
 /// # Errors
 /// When no start can be evaluated, or the user asked to stop.
@@ -80,7 +80,7 @@ pub fn fit(
     let inner = EffectProblem::new(setup, active);
     let bounds = inner.bounds()?;
     let free = active.iter().filter(|c| is_continuous(c));
-    let prior = free.fold(parameter_prior(setup), |prior, _| prior.with(0.0, 1.0));
+    let prior = free.fold(parameter_prior(setup), |prior, _| prior.with(0.0, PRIOR_DEVIATION));
     let mut problem = Whitened::new(inner, covariance, prior.clone());
     let options = Options {
         max_evaluations: plan.evaluations,

@@ -1,201 +1,116 @@
-//! The effects that are asked about, in the form that screening uses.
+//! The catalogue of the model's library in the form that screening uses.
+//!
+//! A magnitude moves each parameter from the value that it has, so that a `--set` of the user stays what effects
+//! start from.
 
-use super::effect::{Action, Effect, Place, Scope, Sign};
+use super::effect::{Effect, Place, Scope, Sign};
+use crate::fmi::VariableKind;
 use crate::pool::Wiring;
+use poropunch::effect::{self, CATALOGUE, Course, Setting, Variant};
+use poropunch::variables;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// How a parameter follows the magnitude.
-#[derive(Debug, Clone, Copy)]
-enum Course {
-    /// `null + m (probe - null)`.
-    Linear { null: f64, probe: f64 },
-    /// `value * ratio^m`, from whatever value it has.
-    Times { ratio: f64 },
-    /// This value wherever m is not 0.
-    Fixed { value: f64 },
-}
+/// Effects whose magnitude differs from test to test: all tests together, the parameters would absorb them.
+const BETWEEN_TESTS: [&str; 1] = ["amplitude"];
+/// Largest magnitude that is tried, in plausible scales, where the parameter's range allows it.
+const LARGEST: f64 = 8.0;
 
-impl Course {
-    fn at(self, value: f64, m: f64) -> f64 {
-        match self {
-            Self::Linear { null, probe } => null + m * (probe - null),
-            Self::Times { ratio } => value * ratio.powf(m),
-            Self::Fixed { value } => value,
-        }
-    }
-}
-
-/// Sets each parameter by its course.
-fn action(courses: &'static [(&'static str, Course)]) -> Action {
-    Arc::new(move |values: &mut BTreeMap<String, f64>, m| {
-        for (name, course) in courses {
-            let before = values.get(*name).copied().unwrap_or(0.0);
-            values.insert((*name).to_owned(), course.at(before, m));
-        }
-    })
-}
-
-/// One entry, before it is known whether the FMU has its parameters.
-struct Entry {
-    name: &'static str,
-    title: &'static str,
-    place: Place,
-    sign: Sign,
-    scope: Scope,
-    scale: (f64, &'static str),
-    largest: f64,
-    mimics: &'static str,
-    reveals: &'static str,
-    courses: &'static [(&'static str, Course)],
-}
-
-const MODULI: &[(&str, Course)] = &[
-    ("material.equilibrium.mu", Course::Times { ratio: 1.2 }),
-    ("material.branch[1].mu", Course::Times { ratio: 1.2 }),
-    ("material.branch[1].eta", Course::Times { ratio: 1.2 }),
-    ("material.branch[2].mu", Course::Times { ratio: 1.2 }),
-    ("material.branch[2].eta", Course::Times { ratio: 1.2 }),
-    ("material.lambda_star", Course::Times { ratio: 1.2 }),
-];
-
-const ENTRIES: &[Entry] = &[
-    Entry {
-        name: "third_branch",
-        title: "slow third branch",
-        place: Place::Specimen,
-        sign: Sign::Positive,
-        scope: Scope::Shared,
-        scale: (60.0, "Pa"),
-        largest: 20.0,
-        mimics: "load-cell drift, drying",
-        reveals: "a longer hold: it comes to rest, drift does not",
-        courses: &[
-            ("material.branch[3].mu", Course::Linear { null: 0.0, probe: -40.0 }),
-            ("material.branch[3].alpha", Course::Fixed { value: -3.0 }),
-            ("material.branch[3].eta", Course::Linear { null: 1e-3, probe: 9000.0 }),
-        ],
-    },
-    Entry {
-        name: "lambda_star",
-        title: "compressible skeleton",
-        place: Place::Specimen,
-        sign: Sign::Positive,
-        scope: Scope::Shared,
-        scale: (0.02, "times lambda*"),
-        largest: 1.8,
-        mimics: "a viscous branch with the time of consolidation",
-        reveals: "punches of two radii: consolidation takes the square of the radius",
-        courses: &[("material.lambda_star", Course::Times { ratio: 0.02 })],
-    },
-    Entry {
-        name: "amplitude",
-        title: "amplitude of the specimens between protocols",
-        place: Place::Specimen,
-        sign: Sign::Either,
-        scope: Scope::BetweenTests,
-        scale: (20.0, "%"),
-        largest: 5.0,
-        mimics: "nothing that depends on the rate",
-        reveals: "both protocols on the same specimens, in alternating order",
-        courses: MODULI,
-    },
-    Entry {
-        name: "slip",
-        title: "frictionless punch",
-        place: Place::Contact,
-        sign: Sign::Switch,
-        scope: Scope::Shared,
-        scale: (1.0, ""),
-        largest: 1.0,
-        mimics: "all moduli together",
-        reveals: "a roughened or glued punch",
-        courses: &[("boundary.bonded_punch", Course::Fixed { value: 0.0 })],
-    },
-    Entry {
-        name: "drained_punch",
-        title: "drained punch face",
-        place: Place::Contact,
-        sign: Sign::Switch,
-        scope: Scope::Shared,
-        scale: (1.0, ""),
-        largest: 1.0,
-        mimics: "a higher permeability",
-        reveals: "a porous punch beside a solid one",
-        courses: &[("boundary.drained_punch", Course::Fixed { value: 1.0 })],
-    },
-    Entry {
-        name: "drainage",
-        title: "sealed bottom and side",
-        place: Place::Contact,
-        sign: Sign::Switch,
-        scope: Scope::Shared,
-        scale: (1.0, ""),
-        largest: 1.0,
-        mimics: "a lower permeability",
-        reveals: "a porous support beside a sealed one",
-        courses: &[
-            ("boundary.drained_bottom", Course::Fixed { value: 0.0 }),
-            ("boundary.drained_side", Course::Fixed { value: 0.0 }),
-        ],
-    },
-    Entry {
-        name: "specimen_size",
-        title: "finite specimen size",
-        place: Place::Specimen,
-        sign: Sign::Either,
-        scope: Scope::Shared,
-        scale: (2.0, "times radius and height"),
-        largest: 1.0,
-        mimics: "all moduli together",
-        reveals: "two punch radii on the same specimen",
-        courses: &[
-            ("geometry.sample_radius", Course::Times { ratio: 2.0 }),
-            ("geometry.sample_height", Course::Times { ratio: 2.0 }),
-        ],
-    },
-    Entry {
-        name: "backward_euler",
-        title: "time steps of the simulation",
-        place: Place::Numerics,
-        sign: Sign::Switch,
-        scope: Scope::Shared,
-        scale: (1.0, ""),
-        largest: 1.0,
-        mimics: "relaxation times a little longer",
-        reveals: "nothing in the data: a finer tolerance of the simulation",
-        courses: &[("solver.time_scheme", Course::Fixed { value: 2.0 })],
-    },
-];
-
-/// All effects that an FMU can compute, and the names of those that it cannot.
+/// All variants of all effects that an FMU can compute, and the titles of those that it cannot.
 pub fn effects(wiring: &Wiring) -> (Vec<Effect>, Vec<String>) {
     let (mut known, mut unknown) = (Vec::new(), Vec::new());
-    for entry in ENTRIES {
-        match entry.courses.iter().all(|(name, _)| wiring.parameters.contains_key(*name)) {
-            true => known.push(entry.effect()),
-            false => unknown.push(entry.title.to_owned()),
+    for effect in CATALOGUE {
+        for variant in effect.variants {
+            match variant.settings.iter().all(|s| wiring.parameters.contains_key(s.parameter)) {
+                true => known.push(of_variant(effect, variant, wiring)),
+                false => unknown.push(format!("{} ({})", effect.title, variant.name)),
+            }
         }
     }
     (known, unknown)
 }
 
-impl Entry {
-    fn effect(&self) -> Effect {
-        Effect {
-            name: self.name.to_owned(),
-            title: self.title.to_owned(),
-            place: self.place,
-            sign: self.sign,
-            scope: self.scope,
-            scale: self.scale.0,
-            unit: self.scale.1.to_owned(),
-            largest: self.largest,
-            mimics: self.mimics.to_owned(),
-            reveals: self.reveals.to_owned(),
-            differentiable: true,
-            parameters: self.courses.iter().map(|(name, _)| (*name).to_owned()).collect(),
-            action: action(self.courses),
-        }
+fn of_variant(effect: &effect::Effect, variant: &'static Variant, wiring: &Wiring) -> Effect {
+    let several = effect.variants.len() > 1;
+    let (scale, unit) = variant.settings.iter().find_map(scale).unwrap_or((1.0, String::new()));
+    Effect {
+        name: if several { format!("{}.{}", effect.name, variant.name) } else { effect.name.to_owned() },
+        family: effect.name.to_owned(),
+        title: if several { format!("{}: {}", effect.title, variant.name) } else { effect.title.to_owned() },
+        place: place(effect.place),
+        sign: sign(variant),
+        scope: if BETWEEN_TESTS.contains(&effect.name) { Scope::BetweenTests } else { Scope::Shared },
+        scale,
+        unit,
+        largest: largest(variant, wiring),
+        mimics: effect.mimicked_by.to_owned(),
+        reveals: effect.revealed_by.to_owned(),
+        differentiable: variant.differentiable,
+        parameters: variant.settings.iter().map(|s| s.parameter.to_owned()).collect(),
+        action: Arc::new(move |values: &mut BTreeMap<String, f64>, magnitude| {
+            for setting in variant.settings {
+                let before = values.get(setting.parameter).copied().unwrap_or(setting.null);
+                values.insert(setting.parameter.to_owned(), moved(setting, before, magnitude));
+            }
+        }),
     }
+}
+
+/// Where a parameter goes from `before`.
+fn moved(setting: &Setting, before: f64, magnitude: f64) -> f64 {
+    match setting.course {
+        Course::Linear => before + magnitude * (setting.probe - setting.null),
+        Course::Geometric => before * (setting.probe / setting.null).powf(magnitude),
+        Course::Switch => setting.probe,
+    }
+}
+
+/// Size of magnitude 1 as people read it.
+fn scale(setting: &Setting) -> Option<(f64, String)> {
+    let unit =
+        || variables::by_name(setting.parameter).and_then(|(_, v)| v.unit()).filter(|u| u.symbol != "1");
+    match setting.course {
+        Course::Linear => {
+            let change = setting.probe - setting.null;
+            let shown = unit().map(|u| (change * u.factor, u.display.to_owned()));
+            Some(shown.unwrap_or((change, String::new())))
+        }
+        // Powers of the ratio: told as magnitudes.
+        Course::Geometric | Course::Switch => None,
+    }
+}
+
+fn place(place: effect::Place) -> Place {
+    match place {
+        effect::Place::Specimen => Place::Specimen,
+        effect::Place::Contact => Place::Contact,
+        effect::Place::Machine => Place::Machine,
+        effect::Place::Sensor => Place::Sensor,
+        effect::Place::Numerics => Place::Numerics,
+    }
+}
+
+fn sign(variant: &Variant) -> Sign {
+    match variant.sign {
+        _ if variant.is_switch() => Sign::Switch,
+        effect::Sign::OneSided => Sign::Positive,
+        effect::Sign::TwoSided => Sign::Either,
+    }
+}
+
+/// The largest magnitude up to [`LARGEST`] that keeps all parameters within the FMU's ranges, in both directions
+/// where both mean something.
+fn largest(variant: &Variant, wiring: &Wiring) -> f64 {
+    const HALVINGS: usize = 12;
+    let inside = |m: f64| {
+        variant.settings.iter().all(|setting| {
+            let Some(v) = wiring.parameters.get(setting.parameter) else { return false };
+            let value = moved(setting, setting.null, m);
+            v.kind != VariableKind::Real
+                || (v.min.unwrap_or(f64::NEG_INFINITY)..=v.max.unwrap_or(f64::INFINITY)).contains(&value)
+        })
+    };
+    let admissible = |m: &f64| inside(*m) && (sign(variant) != Sign::Either || inside(-m));
+    let halved = (0..HALVINGS).map(|k| LARGEST * 0.5f64.powi(k as i32));
+    halved.into_iter().find(admissible).unwrap_or(1.0)
 }

@@ -2,7 +2,7 @@
 
 use super::baseline::{Fit, FitFailure, FitPlan, fit};
 use super::covariance::Covariance;
-use super::effect::Candidate;
+use super::effect::{Candidate, PRIOR_DEVIATION};
 use super::location::spots;
 use super::problem::{Setup, is_continuous};
 use super::screening::{Family, Screened};
@@ -71,6 +71,8 @@ pub fn pair_evidence(a: &Screened, b: &Screened, fit: &Fit) -> f64 {
     let (s, t, y) = (&a.signature.s, &b.signature.s, &fit.linear.residual);
     let v = nalgebra::Vector2::new(s.dot(y), t.dot(y));
     let g = nalgebra::Matrix2::new(s.dot(s), s.dot(t), s.dot(t), t.dot(t));
+    // In units of the magnitudes' prior deviation.
+    let (v, g) = (v * PRIOR_DEVIATION, g * PRIOR_DEVIATION.powi(2));
     let h = g + nalgebra::Matrix2::identity();
     match h.try_inverse() {
         Some(inverse) => v.dot(&(inverse * v)) - h.determinant().ln(),

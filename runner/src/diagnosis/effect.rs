@@ -35,6 +35,9 @@ pub enum Sign {
     Switch,
 }
 
+/// Deviation of a magnitude before the measurement, in plausible scales: several times the scale is possible.
+pub const PRIOR_DEVIATION: f64 = 2.0;
+
 /// Whether all tests share the magnitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -53,6 +56,8 @@ pub type Action = Arc<dyn Fn(&mut BTreeMap<String, f64>, f64) + Send + Sync>;
 pub struct Effect {
     /// Short name, e.g. `drift`.
     pub name: String,
+    /// Name of the effect that it is a variant of.
+    pub family: String,
     /// In words.
     pub title: String,
     /// Where it acts.
@@ -144,6 +149,7 @@ mod tests {
     fn effect(scope: Scope, sign: Sign) -> Effect {
         Effect {
             name: "thing".into(),
+            family: "thing".into(),
             title: "a thing".into(),
             place: Place::Sensor,
             sign,

@@ -85,10 +85,10 @@ impl Signature {
         if product > 0.0 { (self.s.dot(&other.s) / product).clamp(-1.0, 1.0) } else { 0.0 }
     }
 
-    /// Twice the log evidence for the effect against no effect, its magnitude normal with deviation 1 before the
+    /// Twice the log evidence for the effect against no effect, its magnitude normal with this deviation before the
     /// measurement, on one side only if `one_sided`.
-    pub fn evidence(&self, y: &DVector<f64>, one_sided: bool) -> f64 {
-        let g = self.s.norm_squared();
+    pub fn evidence(&self, y: &DVector<f64>, deviation: f64, one_sided: bool) -> f64 {
+        let g = deviation * deviation * self.s.norm_squared();
         let z = self.score(y);
         let both = z * z * g / (1.0 + g) - g.ln_1p();
         if one_sided { both + 2.0 * (2.0 * normal_cdf(z * (g / (1.0 + g)).sqrt())).ln() } else { both }

@@ -64,9 +64,9 @@ fn the_evidence_is_the_ratio_of_the_marginal_likelihoods() {
     let signature = fit.signature(&White(1.0), &vector([0.0, 0.0, s, 0.0]));
     let v: f64 = 1.0 + s * s;
     let expected = y * y - y * y / v - v.ln();
-    assert!((signature.evidence(&fit.residual, false) - expected).abs() < 1e-6);
+    assert!((signature.evidence(&fit.residual, 1.0, false) - expected).abs() < 1e-6);
     // Nearly all of the magnitude's posterior is positive: twice the density, twice the evidence.
-    let gained = signature.evidence(&fit.residual, true) - expected;
+    let gained = signature.evidence(&fit.residual, 1.0, true) - expected;
     assert!((gained - 2.0 * 2f64.ln()).abs() < 1e-3, "{gained}");
 }
 
