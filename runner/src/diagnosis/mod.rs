@@ -28,4 +28,6 @@ pub mod result;
 pub mod screening;
 pub mod shrinkage;
 pub mod something_else;
+pub mod summary;
 pub mod verdict;
+pub mod wording;
