@@ -8,6 +8,7 @@ use crate::data::{SpecimenFiles, Synchronised, Wanted};
 use crate::diagnosis::baseline::FitFailure;
 use crate::diagnosis::diagnose::{DiagnosisError, Effort, diagnose};
 use crate::diagnosis::observation::observe;
+use crate::diagnosis::page::page;
 use crate::diagnosis::problem::Setup;
 use crate::diagnosis::summary::{About, summary};
 use crate::diagnosis::wording::table;
@@ -91,7 +92,8 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     say!("{}", table(&diagnosis));
     let json = serde_json::to_string_pretty(&diagnosis)?;
     write_file(&arguments.out.join("diagnosis.json"), json.as_bytes())?;
-    say!("wrote diagnosis.json to {}", arguments.out.display());
+    write_file(&arguments.out.join("diagnosis.html"), page(&diagnosis).as_bytes())?;
+    say!("wrote diagnosis.json and diagnosis.html to {}", arguments.out.display());
     Ok(Ending::Complete)
 }
 

@@ -32,8 +32,8 @@ pub struct Fit {
 
 /// Width of a parameter's bounds in deviations of its prior: the bounds are where nobody expects it.
 const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
-/// A fit of data with a known covariance has converged when chi^2 changes by far less than 1.
-const CHI_SQUARE_TOLERANCE: f64 = 1e-5;
+/// With some hundred points, an iteration that lowers chi^2 by this part changes it by a few hundredths.
+pub const FINAL: f64 = 1e-4;
 /// Relative accuracy of the Jacobian.
 const JACOBIAN_ACCURACY: f64 = 1e-6;
 
@@ -57,6 +57,8 @@ pub struct FitPlan {
     pub starts: usize,
     /// Largest number of evaluations per start.
     pub evaluations: usize,
+    /// An iteration that lowers chi^2 by a smaller part ends the fit.
+    pub tolerance: f64,
 }
 
 /// Normal prior of the parameters: centred where the search starts, as wide as a quarter of the bounds.
@@ -84,7 +86,7 @@ pub fn fit(
     let mut problem = Whitened::new(inner, covariance, prior.clone());
     let options = Options {
         max_evaluations: plan.evaluations,
-        chi_square_tolerance: CHI_SQUARE_TOLERANCE,
+        chi_square_tolerance: plan.tolerance,
         ..Options::for_log_parameters(JACOBIAN_ACCURACY)
     };
     let many = MultiStartOptions { starts: plan.starts, refined: plan.starts, seed: 1 };

@@ -1,6 +1,6 @@
 //! Refits of the model with effects, and their evidence against each other, no gap, and something else.
 
-use super::baseline::{Fit, FitFailure, FitPlan, fit};
+use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
 use super::covariance::Covariance;
 use super::effect::{Candidate, PRIOR_DEVIATION};
 use super::location::spots;
@@ -48,7 +48,7 @@ pub fn refit(
             start.push(magnitude.clamp(low + 0.02, high - 0.02));
         }
     }
-    let plan = FitPlan { start, starts: 1, evaluations };
+    let plan = FitPlan { start, starts: 1, evaluations, tolerance: FINAL };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let evidence = found.evidence(&active) - plain.evidence(&[]);
     let gain = plain.solution.chi_square - found.solution.chi_square;

@@ -1,9 +1,9 @@
 //! The nine steps, one after the other.
 
-use super::baseline::{Fit, FitFailure, FitPlan, fit};
+use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
 use super::catalogue::effects;
 use super::confirming::{Refit, pair_evidence, refit};
-use super::covariance::{NoiseModel, noise_model};
+use super::covariance::{NoiseModel, noise_model, rough_covariance};
 use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
 use super::held_out::{Split, splits};
 use super::location::{Spot, spots};
@@ -82,6 +82,8 @@ const QUICK_LEADERS: usize = 2;
 const PAIR_GAIN: f64 = 8.0;
 /// Starts of the plain fit beside the user's.
 const STARTS: usize = 3;
+/// An iteration that lowers chi^2 by a smaller part ends the first fit.
+const ROUGH: f64 = 3e-2;
 
 /// Makes the diagnosis; `say` hears what is being done.
 ///
@@ -172,16 +174,19 @@ fn baseline(
     effort: Effort,
     say: &mut dyn FnMut(String),
 ) -> Result<(Fit, NoiseModel), DiagnosisError> {
-    let first = noise_model(setup.observations, vec![]);
+    let first = rough_covariance(setup.observations);
     let starts = if effort.quick { 1 } else { 1 + STARTS };
     let start = setup.parameters.start().to_vec();
-    let plan = FitPlan { start, starts, evaluations: effort.evaluations };
+    let plan = FitPlan { start, starts, evaluations: effort.evaluations, tolerance: ROUGH };
     let mut watch = |r: &crate::fit::IterationRecord| {
         say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
     };
-    let rough = fit(setup, &[], &first.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)?;
-    let noise = noise_model(setup.observations, refined(setup, rough.x())?);
-    let plan = FitPlan { start: rough.x().to_vec(), starts: 1, evaluations: effort.evaluations };
+    let rough = fit(setup, &[], &first, &plan, &mut watch).map_err(DiagnosisError::Baseline)?;
+    let reference: Vec<f64> =
+        setup.measured_mn().iter().zip(rough.gap_mn.iter()).map(|(m, gap)| m - gap).collect();
+    let noise = noise_model(setup.observations, &reference, refined(setup, rough.x())?);
+    let plan =
+        FitPlan { start: rough.x().to_vec(), starts: 1, evaluations: effort.evaluations, tolerance: FINAL };
     let plain = fit(setup, &[], &noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)?;
     Ok((plain, noise))
 }

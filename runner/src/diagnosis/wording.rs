@@ -139,7 +139,9 @@ pub fn table(d: &Diagnosis) -> String {
     }
     if !d.next.is_empty() {
         let _ = writeln!(text, "\nwhat to measure next:");
-        d.next.iter().for_each(|n| drop(writeln!(text, "  {n}")));
+        for n in &d.next {
+            let _ = writeln!(text, "  {n}");
+        }
     }
     let _ = write!(text, "\n{:.0} s", d.seconds);
     text

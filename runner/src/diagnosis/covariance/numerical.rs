@@ -28,14 +28,12 @@ pub fn hats(observation: &Observation, cycle: usize, per_decade: f64) -> Vec<DVe
 /// Time since touch that the first knot stands for (s).
 const FIRST_S: f64 = 1e-2;
 
-/// The error as one independent error per decade and cycle.
-pub fn slow_errors(observation: &Observation) -> Vec<Common> {
-    let force = DVector::from_vec(observation.force_mn());
+/// The error as one independent error per decade and cycle, in proportion to the computed force (mN).
+pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
     let of_cycle = |cycle: usize| {
-        let force = force.clone();
         hats(observation, cycle, 1.0).into_iter().enumerate().map(move |(knot, hat)| Common {
             name: format!("simulation of {}, cycle {}, part {}", observation.name(), cycle + 1, knot + 1),
-            shape_mn: hat.component_mul(&force) * RELATIVE,
+            shape_mn: hat.component_mul(force_mn) * RELATIVE,
         })
     };
     let all = (0..observation.cycles.len()).flat_map(of_cycle);

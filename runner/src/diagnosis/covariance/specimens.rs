@@ -28,15 +28,15 @@ const SMALLEST_MN: f64 = 1e-4;
 /// A variance counts when it is this many of its standard errors above what white noise gives.
 const BEYOND_DOUBT: f64 = 3.0;
 
-/// Of a test.
-pub fn test_noise(observation: &Observation) -> TestNoise {
+/// Of a test, whose computed force is `force_mn`.
+pub fn test_noise(observation: &Observation, force_mn: &DVector<f64>) -> TestNoise {
     let slow = off_contact(observation).and_then(|p| p.correlated);
     let slow_mn = slow.map(|c| (c.amplitude.value * 1e3, c.time_s.value));
     let mut noise = if observation.factors.is_empty() {
         single(observation)
     } else {
         let residuals = residuals(observation);
-        from_specimens(observation, &residuals)
+        from_specimens(observation, &residuals, force_mn)
     };
     if let Some((sigma_mn, time_s)) = slow_mn {
         let curves = observation.factors.len().max(1) as f64;
@@ -76,12 +76,11 @@ fn residuals(observation: &Observation) -> DMatrix<f64> {
     })
 }
 
-fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>) -> TestNoise {
+fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn: &DVector<f64>) -> TestNoise {
     let (points, n) = residuals.shape();
-    let force = DVector::from_vec(observation.force_mn());
     let basis: Vec<DVector<f64>> = (0..observation.cycles.len())
         .flat_map(|c| hats(observation, c, 1.0))
-        .map(|h| h.component_mul(&force))
+        .map(|h| h.component_mul(force_mn))
         .collect();
     // Shapes orthogonal to each other are told one by one.
     let q = DMatrix::from_columns(&basis).qr().q();

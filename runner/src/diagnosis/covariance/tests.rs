@@ -53,10 +53,37 @@ fn tests(seed: u64, same: bool, shape_n: f64) -> Vec<Observation> {
     observe(&[a, b], None).unwrap()
 }
 
+/// With the true force as the computed one.
+fn of(observations: &[Observation]) -> NoiseModel {
+    let force: Vec<f64> = truth().iter().map(|p| p.2 * 1e3).collect();
+    noise_model(observations, &[force.clone(), force].concat(), vec![])
+}
+
+#[test]
+fn a_model_of_half_the_height_is_not_nearer_to_the_data() {
+    // Peelle's puzzle: a model whose shape is a little wrong must not gain by being too low.
+    let observations = tests(1, true, 0.0);
+    let noise = of(&observations);
+    let measured = nalgebra::DVector::from_iterator(440, observations.iter().flat_map(Observation::force_mn));
+    let time: Vec<f64> = truth().iter().map(|p| p.0).collect();
+    let wrong = |c: f64| {
+        let model = |i: usize| c * measured[i] * (1.0 + 0.02 * (time[i % 220] / 7.0).sin());
+        let difference = nalgebra::DVector::from_fn(440, |i, _| measured[i] - model(i));
+        noise.covariance.apply(&difference).norm_squared()
+    };
+    assert!(
+        wrong(0.9) > wrong(1.0) && wrong(0.5) > wrong(0.9),
+        "{} {} {}",
+        wrong(0.5),
+        wrong(0.9),
+        wrong(1.0)
+    );
+}
+
 #[test]
 fn white_noise_is_that_of_the_mean_of_all_specimens() {
     for seed in 0..5 {
-        let noise = noise_model(&tests(seed, true, 0.0), vec![]);
+        let noise = of(&tests(seed, true, 0.0));
         let white = noise.tests[0].specimen_white_mn.unwrap();
         assert!((white - 0.07).abs() < 0.004, "{white}");
         let of_mean = noise.covariance.white_mn()[100];
@@ -70,7 +97,7 @@ fn the_curve_is_as_near_the_truth_as_its_covariance_says() {
     let mut scores = vec![];
     for seed in 0..40 {
         let observations = tests(seed, false, 0.0);
-        let noise = noise_model(&observations, vec![]);
+        let noise = of(&observations);
         let truth: Vec<f64> = truth().iter().map(|p| p.2 * 1e3).collect();
         let measured = observations.iter().flat_map(Observation::force_mn);
         let error = measured.zip(truth.iter().chain(&truth)).map(|(m, t)| m - t);
@@ -88,16 +115,16 @@ fn same_specimens_share_one_height() {
         let name = |noise: &NoiseModel, text: &str| {
             noise.covariance.common().iter().filter(|c| c.name.starts_with(text)).count()
         };
-        let same = noise_model(&tests(seed, true, 0.0), vec![]);
+        let same = of(&tests(seed, true, 0.0));
         assert!(same.same_specimens && name(&same, "height of the specimens") == 1);
-        let other = noise_model(&tests(seed, false, 0.0), vec![]);
+        let other = of(&tests(seed, false, 0.0));
         assert!(!other.same_specimens && name(&other, "height of the specimens") == 2);
     }
 }
 
 #[test]
 fn specimens_of_different_shape_make_a_common_error() {
-    let noise = noise_model(&tests(3, true, 0.3e-3), vec![]);
+    let noise = of(&tests(3, true, 0.3e-3));
     let shapes: f64 = noise.tests[0].common.iter().map(|c| c.shape_mn.norm_squared()).sum();
     // 0.3 mN of ten specimens at the end, growing linearly.
     let expected: f64 = truth().iter().map(|p| (0.3 / 10f64.sqrt() * (p.0 / 90.0).min(1.0)).powi(2)).sum();
