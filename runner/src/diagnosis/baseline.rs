@@ -32,8 +32,8 @@ pub struct Fit {
 
 /// Width of a parameter's bounds in deviations of its prior: the bounds are where nobody expects it.
 const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
-/// With some hundred points, an iteration that lowers chi^2 by this part changes it by a few hundredths.
-pub const FINAL: f64 = 1e-4;
+/// With some hundred points, an iteration that lowers chi^2 by this part changes it by a tenth or so.
+pub const FINAL: f64 = 3e-4;
 /// Relative accuracy of the Jacobian.
 const JACOBIAN_ACCURACY: f64 = 1e-6;
 

@@ -245,7 +245,10 @@ fn confirm(
     let y = &plain.linear.residual;
     let expected = |s: &Screened| (s.candidate, s.signature.magnitude(y).0);
     let count = if effort.quick { QUICK_LEADERS } else { LEADERS };
-    let mut chosen: Vec<&Screened> = leaders.iter().copied().take(count).collect();
+    let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, plain);
+    // The first is refitted in any case: its signature is that of a finite magnitude, not of the best one.
+    let promising = leaders.iter().enumerate().filter(|(k, s)| *k == 0 || evidence(s) > 0.0);
+    let mut chosen: Vec<&Screened> = promising.map(|(_, s)| *s).take(count).collect();
     if let (Some(first), false) = (leaders.first(), effort.quick) {
         let mates = leaders.iter().copied().skip(count);
         chosen.extend(

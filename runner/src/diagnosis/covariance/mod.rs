@@ -14,7 +14,7 @@ mod specimens;
 mod tests;
 
 pub use low_rank::{Common, Covariance};
-pub use numerical::{hats, refinement, slow_errors};
+pub use numerical::{hats, refinement, slow_errors, timing};
 pub use specimens::{TestNoise, test_noise};
 
 use super::observation::{Observation, same_specimens};
@@ -54,7 +54,8 @@ pub fn noise_model(observations: &[Observation], reference_mn: &[f64], refined: 
     let mut before = 0;
     for ((observation, force), noise) in pairs().zip(&tests) {
         white.extend(noise.white_mn.iter().copied());
-        let local = noise.common.iter().cloned().chain(slow_errors(observation, force));
+        let numerical = slow_errors(observation, force).into_iter().chain(timing(observation, force));
+        let local = noise.common.iter().cloned().chain(numerical);
         common.extend(local.map(|c| embed(c, before, total)));
         before += observation.len();
     }

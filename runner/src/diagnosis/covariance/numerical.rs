@@ -2,11 +2,15 @@
 
 use super::super::observation::Observation;
 use super::Common;
+use crate::data::Phase;
+use crate::data::measurement::median;
 use nalgebra::DVector;
 
-/// Relative error per decade of time that is left between two correct programs at their usual accuracy
-/// (design, section 6: 0.2 to 0.8 % in the force, most of it a common factor that the moduli absorb).
-const RELATIVE: f64 = 1e-3;
+/// Relative error that is left between two correct programs at their usual accuracy (design, section 6: 0.2 to 0.8 %
+/// in the force, most of it a common factor that the moduli absorb), independent from one knot to the next.
+const RELATIVE: f64 = 2e-3;
+/// Knots per decade of time.
+const PER_DECADE: f64 = 2.0;
 
 /// Hat functions over the decades of the time since touch, each 1 at its knot and 0 at the next ones: a basis for
 /// whatever changes slowly along a cycle. One row per knot.
@@ -28,16 +32,35 @@ pub fn hats(observation: &Observation, cycle: usize, per_decade: f64) -> Vec<DVe
 /// Time since touch that the first knot stands for (s).
 const FIRST_S: f64 = 1e-2;
 
-/// The error as one independent error per decade and cycle, in proportion to the computed force (mN).
+/// The error as independent errors over the time of each cycle, in proportion to the computed force (mN).
 pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
     let of_cycle = |cycle: usize| {
-        hats(observation, cycle, 1.0).into_iter().enumerate().map(move |(knot, hat)| Common {
+        hats(observation, cycle, PER_DECADE).into_iter().enumerate().map(move |(knot, hat)| Common {
             name: format!("simulation of {}, cycle {}, part {}", observation.name(), cycle + 1, knot + 1),
             shape_mn: hat.component_mul(force_mn) * RELATIVE,
         })
     };
     let all = (0..observation.cycles.len()).flat_map(of_cycle);
     all.filter(|c| c.shape_mn.amax() > 0.0).collect()
+}
+
+/// Force and displacement of a sample belong to times that are known to a part of the sampling interval: the kinks of
+/// the motion lie anywhere between two samples. `dF/dt` times the deviation of a uniform distribution over the
+/// interval of the ramp (mN).
+pub fn timing(observation: &Observation, force_mn: &DVector<f64>) -> Option<Common> {
+    let (t, n) = (&observation.dataset.measurement.time_s, observation.len());
+    let ramp: Vec<usize> = (1..n).filter(|&i| observation.dataset.phases[i] == Phase::Ramp).collect();
+    if ramp.is_empty() {
+        return None;
+    }
+    let interval = median(&mut ramp.iter().map(|&i| t[i] - t[i - 1]).collect::<Vec<_>>());
+    let sigma_s = interval / 12f64.sqrt();
+    let slope = |i: usize| {
+        let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
+        (force_mn[b] - force_mn[a]) / (t[b] - t[a])
+    };
+    let shape_mn = DVector::from_fn(n, |i, _| sigma_s * slope(i));
+    Some(Common { name: format!("timing of {}", observation.name()), shape_mn })
 }
 
 /// The difference that a refinement makes, as an error of that size. `None` where it makes none.
