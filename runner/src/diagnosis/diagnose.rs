@@ -197,6 +197,10 @@ fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain
     let mut signatures: Vec<&Signature> = screened.iter().map(|s| &s.signature).collect();
     let mut one_sided: Vec<bool> =
         screened.iter().map(|s| candidates[s.candidate].effect.sign != Sign::Either).collect();
+    for s in screened {
+        signatures.extend(&s.other);
+        one_sided.resize(signatures.len(), candidates[s.candidate].effect.sign != Sign::Either);
+    }
     signatures.extend(spots.iter().map(|s| &s.signature));
     one_sided.resize(signatures.len(), false);
     let counted = signatures.iter().zip(&one_sided).map(|(s, one)| {

@@ -55,9 +55,14 @@ pub fn timing(observation: &Observation, force_mn: &DVector<f64>) -> Option<Comm
     }
     let interval = median(&mut ramp.iter().map(|&i| t[i] - t[i - 1]).collect::<Vec<_>>());
     let sigma_s = interval / 12f64.sqrt();
+    let between = |i: usize| (force_mn[i + 1] - force_mn[i]) / (t[i + 1] - t[i]);
+    // The smaller of both sides' slopes, none at a peak: before the first touch no shift makes a force.
     let slope = |i: usize| {
-        let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
-        (force_mn[b] - force_mn[a]) / (t[b] - t[a])
+        if i == 0 || i + 1 >= n {
+            return 0.0;
+        }
+        let (left, right) = (between(i - 1), between(i));
+        if left * right <= 0.0 { 0.0 } else { left.signum() * left.abs().min(right.abs()) }
     };
     let shape_mn = DVector::from_fn(n, |i, _| sigma_s * slope(i));
     Some(Common { name: format!("timing of {}", observation.name()), shape_mn })

@@ -15,8 +15,8 @@ pub use family::{DRAWS, Family};
 pub use groups::{CONFUSABLE, groups};
 pub use projection::{Linearised, Signature, normal_cdf};
 
-use super::effect::Candidate;
-use super::problem::Setup;
+use super::effect::{Candidate, Sign};
+use super::problem::{Setup, is_continuous};
 use crate::fit::{EvaluationFailure, Whitening};
 use crate::pool::Priority;
 use nalgebra::DVector;
@@ -30,6 +30,8 @@ pub struct Screened {
     pub change_mn: DVector<f64>,
     /// What of it no refit absorbs.
     pub signature: Signature,
+    /// The signature at another magnitude, where it was computed: the family of scores has both.
+    pub other: Option<Signature>,
 }
 
 /// An effect that could not be computed.
@@ -63,11 +65,60 @@ pub fn screen<W: Whitening>(
                 let change = forces.iter().zip(&plain).map(|(f, p)| f - p);
                 let change_mn = DVector::from_iterator(plain.len(), change);
                 let signature = fit.signature(whitening, &change_mn);
-                screened.push(Screened { candidate, change_mn, signature });
+                screened.push(Screened { candidate, change_mn, signature, other: None });
             }
             Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
             Err(EvaluationFailure::Failed(reason)) => failed.push(Failed { candidate, reason }),
         }
     }
+    refine(setup, candidates, x, fit, whitening, &plain, &mut screened)?;
     Ok((screened, failed))
+}
+
+/// A score that any gap worth explaining has.
+const VISIBLE: f64 = 8.0;
+
+/// Effects that would be seen at a small part of their plausible scale may look different there (a surface that is
+/// higher by micrometres, against one that is higher by tenths of a millimetre): they are computed there too, and
+/// the signature that fits the residual better is kept.
+fn refine<W: Whitening>(
+    setup: Setup,
+    candidates: &[Candidate],
+    x: &[f64],
+    fit: &Linearised,
+    whitening: &W,
+    plain: &[f64],
+    screened: &mut [Screened],
+) -> Result<(), EvaluationFailure> {
+    let y = &fit.residual;
+    let mut runs = Vec::new();
+    for (k, s) in screened.iter().enumerate() {
+        let candidate = &candidates[s.candidate];
+        let part = VISIBLE / s.signature.strength();
+        if is_continuous(candidate) && part < 0.5 {
+            let side =
+                if candidate.effect.sign == Sign::Either { s.signature.score(y).signum() } else { 1.0 };
+            let m = side * part.max(0.02);
+            runs.push((k, m, setup.submit(x, &[(candidate, m)], false, Priority::Speculative)));
+        }
+    }
+    for (k, m, runs) in runs {
+        let forces = match Setup::forces_mn(&runs) {
+            Ok(forces) => forces,
+            Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
+            Err(EvaluationFailure::Failed(_)) => continue,
+        };
+        let change = forces.iter().zip(plain).map(|(f, p)| (f - p) / m);
+        let change_mn = DVector::from_iterator(plain.len(), change);
+        let small = fit.signature(whitening, &change_mn);
+        let s = &mut screened[k];
+        let candidate = &candidates[s.candidate];
+        if candidate.one_sided(small.score(y)) > candidate.one_sided(s.signature.score(y)) {
+            s.change_mn = change_mn;
+            s.other = Some(std::mem::replace(&mut s.signature, small));
+        } else {
+            s.other = Some(small);
+        }
+    }
+    Ok(())
 }
