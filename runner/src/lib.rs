@@ -10,6 +10,7 @@
 pub mod cache;
 pub mod cli;
 pub mod data;
+pub mod diagnosis;
 pub mod engine;
 pub mod fit;
 pub mod fmi;

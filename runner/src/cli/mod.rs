@@ -9,6 +9,7 @@ macro_rules! say {
 }
 
 mod batch;
+mod diagnose;
 pub mod engine_args;
 mod identify;
 mod inspect;
@@ -53,6 +54,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Identify material parameters from measurements.
     Identify(Box<identify::Arguments>),
+    /// Tell which unmodelled effect explains the gap between the best fit and the measurements.
+    Diagnose(Box<diagnose::Arguments>),
     /// Score given parameters against measurements, without fitting.
     Validate(validate::Arguments),
     /// Run many parameter sets in parallel.
@@ -68,7 +71,7 @@ pub fn main() -> ExitCode {
     // The list of parameters comes from the variable table, so it is added when the program runs.
     let help = engine_args::parameter_help();
     let mut command = Cli::command();
-    for name in ["simulate", "identify", "validate", "batch"] {
+    for name in ["simulate", "identify", "diagnose", "validate", "batch"] {
         command = command.mut_subcommand(name, |c| c.after_long_help(help.clone()));
     }
     let cli = match Cli::from_arg_matches(&command.get_matches()) {
@@ -81,6 +84,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(arguments, &stop),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Identify(arguments) => identify::run(arguments, &stop),
+        Command::Diagnose(arguments) => diagnose::run(arguments, &stop),
         Command::Validate(arguments) => validate::run(arguments, &stop),
         Command::Batch(arguments) => batch::run(arguments, &stop),
         Command::Report(arguments) => report::run(arguments),

@@ -22,6 +22,7 @@ pub mod statistics;
 mod step;
 mod subproblem;
 pub mod trust_region;
+pub mod whitened;
 pub mod wording;
 
 pub use derived::{DerivedEstimate, DerivedQuantity, Values};
@@ -32,3 +33,4 @@ pub use problem::{Bounds, EvaluationFailure, FitError, Problem};
 pub use solution::{IterationRecord, Solution, StopReason};
 pub use statistics::{CommonError, Interval, Noise, ParameterEstimate, Statistics};
 pub use trust_region::{Options, Scaling, minimise};
+pub use whitened::{Prior, Whitened, Whitening};

@@ -1,0 +1,112 @@
+//! `runner diagnose`: measurements in, what the model lacks out.
+
+use super::engine_args::{EngineArguments, show_notes};
+use super::identify::sample_height;
+use super::progress::Progress;
+use super::{CliResult, Ending};
+use crate::data::{SpecimenFiles, Synchronised, Wanted};
+use crate::diagnosis::baseline::FitFailure;
+use crate::diagnosis::diagnose::{DiagnosisError, Effort, diagnose};
+use crate::diagnosis::observation::observe;
+use crate::diagnosis::page::page;
+use crate::diagnosis::problem::Setup;
+use crate::diagnosis::summary::{About, summary};
+use crate::diagnosis::wording::table;
+use crate::fit::{EvaluationFailure, FitError};
+use crate::inspection::{Options, examine};
+use crate::objective::{ParameterMap, Requests};
+use crate::output::write_file;
+use clap::Args;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Tell which unmodelled effect explains the gap between the best fit and the measurements.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Measurements, all explained together: CSV files with time_s,displacement_mm,force_mN; or a directory with
+    /// one file per specimen of a test; or NAME=FILE,FILE,...
+    #[arg(value_name = "MEASUREMENT", required = true)]
+    measurements: Vec<PathBuf>,
+    /// Screening, and a refit of the two leading effects only
+    #[arg(long)]
+    quick: bool,
+    /// Directory for diagnosis.json and diagnosis.html
+    #[arg(long, short, value_name = "DIR", default_value = "diagnosis")]
+    out: PathBuf,
+    /// Where runs are kept [default: DIR/cache]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    /// Parameter not to fit, at this value or its default (repeatable)
+    #[arg(long, value_name = "NAME[=VALUE[UNIT]]")]
+    fix: Vec<String>,
+    /// Start of a fitted parameter, and centre of what is believed of it [default: Table 1's value] (repeatable)
+    #[arg(long, value_name = "NAME=VALUE[UNIT]")]
+    start: Vec<String>,
+    /// Largest number of evaluations of each fit (those inside a Jacobian are not counted)
+    #[arg(long, value_name = "N", default_value_t = 40)]
+    max_evaluations: usize,
+    #[command(flatten)]
+    engine: EngineArguments,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+    let started = std::time::Instant::now();
+    let read = |argument: &PathBuf| SpecimenFiles::of(argument)?.read(Wanted::MotionAndForce);
+    let tests = arguments.measurements.iter().map(read).collect::<Result<Vec<Synchronised>, _>>()?;
+    let command = std::env::args().collect::<Vec<_>>().join(" ");
+    let options = Options { contact_threshold_n: CONTACT_N, water: None, command: command.clone() };
+    let inspection = examine(&tests, &options)?;
+    let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
+    let engine = arguments.engine.engine(&[], true, Some(cache), stop)?;
+    let requests = Requests {
+        set: arguments.engine.settings(),
+        fix: arguments.fix.clone(),
+        start: arguments.start.clone(),
+        ..Requests::default()
+    };
+    let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)?;
+    let height = sample_height(&engine, &arguments.engine)?;
+    let measurements: Vec<_> = tests.into_iter().map(|t| t.measurement).collect();
+    measurements.iter().for_each(show_notes);
+    let observations = observe(&measurements, height)?;
+
+    let progress = Progress::of_fit(0);
+    let effort = Effort { quick: arguments.quick, evaluations: arguments.max_evaluations };
+    let mut say = |what: String| progress.show(0, what);
+    let found = diagnose(&engine, observations, &parameters, height, effort, &mut say);
+    progress.finish();
+    let found = match found {
+        Err(error) if is_interruption(&error) => return Ok(Ending::Interrupted),
+        other => other?,
+    };
+    let about = About {
+        setup: Setup { engine: &engine, observations: &found.observations, parameters: &parameters },
+        inspection: &inspection,
+        command,
+        quick: arguments.quick,
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    let diagnosis = summary(&found, &about);
+    say!("{}", table(&diagnosis));
+    let json = serde_json::to_string_pretty(&diagnosis)?;
+    write_file(&arguments.out.join("diagnosis.json"), json.as_bytes())?;
+    write_file(&arguments.out.join("diagnosis.html"), page(&diagnosis).as_bytes())?;
+    say!("wrote diagnosis.json and diagnosis.html to {}", arguments.out.display());
+    Ok(Ending::Complete)
+}
+
+/// Force that means contact (N): that of the paper.
+const CONTACT_N: f64 = 1e-3;
+
+fn is_interruption(error: &DiagnosisError) -> bool {
+    matches!(
+        error,
+        DiagnosisError::Model(EvaluationFailure::Interrupted)
+            | DiagnosisError::Baseline(
+                FitFailure::Evaluation(EvaluationFailure::Interrupted)
+                    | FitFailure::Fit(FitError::Interrupted)
+            )
+    )
+}

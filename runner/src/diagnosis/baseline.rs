@@ -1,0 +1,146 @@
+//! Fits by generalised least squares: the plain model, or the model with effects, and their linearisation.
+
+use super::covariance::Covariance;
+use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
+use super::problem::{EffectProblem, Setup, is_continuous};
+use super::screening::{Linearised, normal_cdf};
+use crate::fit::multi_start::minimise_from_many;
+use crate::fit::{
+    EvaluationFailure, FitError, IterationRecord, MultiStartOptions, Options, Prior, Problem, Solution,
+    Whitened,
+};
+use nalgebra::{DMatrix, DVector};
+use std::ops::ControlFlow;
+use thiserror::Error;
+
+/// A fit with everything that is judged of it.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// Optimum.
+    pub solution: Solution,
+    /// Around it.
+    pub linear: Linearised,
+    /// Measured minus model (mN).
+    pub gap_mn: DVector<f64>,
+    /// Derivatives of the force by parameters and magnitudes (mN).
+    pub jacobian_mn: DMatrix<f64>,
+    /// Number of material parameters; the rest of the solution are magnitudes.
+    pub parameters: usize,
+    /// Knowledge of parameters and magnitudes before.
+    pub prior: Prior,
+}
+
+/// Width of a parameter's bounds in deviations of its prior: the bounds are where nobody expects it.
+const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
+/// With some hundred points, an iteration that lowers chi^2 by this part changes it by a tenth or so.
+pub const FINAL: f64 = 3e-4;
+/// Relative accuracy of the Jacobian.
+const JACOBIAN_ACCURACY: f64 = 1e-6;
+
+/// A fit that could not be made.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum FitFailure {
+    /// No start, or bounds that cannot be used.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// The model failed, or the user asked to stop.
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationFailure),
+}
+
+/// How a fit is made.
+#[derive(Debug, Clone)]
+pub struct FitPlan {
+    /// Start of parameters and magnitudes.
+    pub start: Vec<f64>,
+    /// Starts in all.
+    pub starts: usize,
+    /// Largest number of evaluations per start.
+    pub evaluations: usize,
+    /// An iteration that lowers chi^2 by a smaller part ends the fit.
+    pub tolerance: f64,
+}
+
+/// Normal prior of the parameters: centred where the search starts, as wide as a quarter of the bounds.
+pub fn parameter_prior(setup: Setup) -> Prior {
+    let (lower, upper) = setup.parameters.bounds();
+    let width = |(l, u): (&f64, &f64)| (u - l) / BOUNDS_IN_DEVIATIONS;
+    Prior { mean: setup.parameters.start().to_vec(), deviation: lower.iter().zip(upper).map(width).collect() }
+}
+
+/// Fits parameters and the magnitudes of `active` (normal before, see [`PRIOR_DEVIATION`]).
+///
+/// # Errors
+/// When no start can be evaluated, or the user asked to stop.
+pub fn fit(
+    setup: Setup,
+    active: &[&Candidate],
+    covariance: &Covariance,
+    plan: &FitPlan,
+    observe: &mut dyn FnMut(&IterationRecord),
+) -> Result<Fit, FitFailure> {
+    let inner = EffectProblem::new(setup, active);
+    let bounds = inner.bounds()?;
+    let free = active.iter().filter(|c| is_continuous(c));
+    let prior = free.fold(parameter_prior(setup), |prior, _| prior.with(0.0, PRIOR_DEVIATION));
+    let mut problem = Whitened::new(inner, covariance, prior.clone());
+    let options = Options {
+        max_evaluations: plan.evaluations,
+        chi_square_tolerance: plan.tolerance,
+        ..Options::for_log_parameters(JACOBIAN_ACCURACY)
+    };
+    let many = MultiStartOptions { starts: plan.starts, refined: plan.starts, seed: 1 };
+    let mut watch = |_: usize, record: &IterationRecord| {
+        observe(record);
+        if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let found = minimise_from_many(&mut problem, &plan.start, &bounds, &options, &many, &mut watch)?;
+    if setup.engine.is_stopped() {
+        return Err(EvaluationFailure::Interrupted.into());
+    }
+    let solution = found.best;
+    let gap = -DVector::from_vec(solution.residual.clone());
+    let linear = Linearised::new(solution.jacobian.clone(), &gap);
+    // All of its runs are in the cache.
+    let mut inner = EffectProblem::new(setup, active);
+    let difference_mn = inner.residual(&solution.x)?;
+    let jacobian_mn = inner.jacobian(&solution.x, &difference_mn)?;
+    let gap_mn = -DVector::from_vec(difference_mn);
+    Ok(Fit { solution, linear, gap_mn, jacobian_mn, parameters: setup.parameters.free().len(), prior })
+}
+
+impl Fit {
+    /// The material parameters (optimiser's variables).
+    pub fn x(&self) -> &[f64] {
+        &self.solution.x[..self.parameters]
+    }
+
+    /// The magnitudes.
+    pub fn magnitudes(&self) -> &[f64] {
+        &self.solution.x[self.parameters..]
+    }
+
+    /// Standard deviations of the magnitudes.
+    pub fn magnitude_deviations(&self) -> Vec<f64> {
+        let square = self.linear.design.tr_mul(&self.linear.design);
+        let Some(covariance) = square.try_inverse() else {
+            return vec![f64::INFINITY; self.magnitudes().len()];
+        };
+        (self.parameters..self.solution.x.len()).map(|j| covariance[(j, j)].max(0.0).sqrt()).collect()
+    }
+
+    /// Twice the log evidence (Laplace), up to what all models of these data share.
+    ///
+    /// `-chi^2 - ln det(W'W) - sum ln(prior variance)`; a positive effect's prior is a half normal.
+    pub fn evidence(&self, active: &[&Candidate]) -> f64 {
+        let variances: f64 = self.prior.deviation.iter().map(|s| 2.0 * s.ln()).sum();
+        let free = active.iter().filter(|c| is_continuous(c));
+        let sides = free.zip(self.magnitudes()).zip(self.magnitude_deviations());
+        let one_sided = |((candidate, m), s): ((&&Candidate, &f64), f64)| match candidate.effect.sign {
+            Sign::Either => 0.0,
+            Sign::Positive | Sign::Switch => 2.0 * (2.0 * normal_cdf(m / s)).ln(),
+        };
+        let sides: f64 = sides.map(one_sided).sum();
+        -self.solution.chi_square - self.linear.log_curvature() - variances + sides
+    }
+}

@@ -1,0 +1,116 @@
+//! The catalogue of the model's library in the form that screening uses.
+//!
+//! A magnitude moves each parameter from the value that it has, so that a `--set` of the user stays what effects
+//! start from.
+
+use super::effect::{Effect, Place, Scope, Sign};
+use crate::fmi::VariableKind;
+use crate::pool::Wiring;
+use poropunch::effect::{self, CATALOGUE, Course, Setting, Variant};
+use poropunch::variables;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Effects whose magnitude differs from test to test: all tests together, the parameters would absorb them.
+const BETWEEN_TESTS: [&str; 1] = ["amplitude"];
+/// Largest magnitude that is tried, in plausible scales, where the parameter's range allows it.
+const LARGEST: f64 = 8.0;
+
+/// All variants of all effects that an FMU can compute, and the titles of those that it cannot.
+pub fn effects(wiring: &Wiring) -> (Vec<Effect>, Vec<String>) {
+    let (mut known, mut unknown) = (Vec::new(), Vec::new());
+    for effect in CATALOGUE {
+        for variant in effect.variants {
+            match variant.settings.iter().all(|s| wiring.parameters.contains_key(s.parameter)) {
+                true => known.push(of_variant(effect, variant, wiring)),
+                false => unknown.push(format!("{} ({})", effect.title, variant.name)),
+            }
+        }
+    }
+    (known, unknown)
+}
+
+fn of_variant(effect: &effect::Effect, variant: &'static Variant, wiring: &Wiring) -> Effect {
+    let several = effect.variants.len() > 1;
+    let (scale, unit) = variant.settings.iter().find_map(scale).unwrap_or((1.0, String::new()));
+    Effect {
+        name: if several { format!("{}.{}", effect.name, variant.name) } else { effect.name.to_owned() },
+        family: effect.name.to_owned(),
+        title: if several { format!("{}: {}", effect.title, variant.name) } else { effect.title.to_owned() },
+        place: place(effect.place),
+        sign: sign(variant),
+        scope: if BETWEEN_TESTS.contains(&effect.name) { Scope::BetweenTests } else { Scope::Shared },
+        scale,
+        unit,
+        largest: largest(variant, wiring),
+        mimics: effect.mimicked_by.to_owned(),
+        reveals: effect.revealed_by.to_owned(),
+        differentiable: variant.differentiable,
+        parameters: variant.settings.iter().map(|s| s.parameter.to_owned()).collect(),
+        action: Arc::new(move |values: &mut BTreeMap<String, f64>, magnitude| {
+            for setting in variant.settings {
+                let before = values.get(setting.parameter).copied().unwrap_or(setting.null);
+                values.insert(setting.parameter.to_owned(), moved(setting, before, magnitude));
+            }
+        }),
+    }
+}
+
+/// Where a parameter goes from `before`.
+fn moved(setting: &Setting, before: f64, magnitude: f64) -> f64 {
+    match setting.course {
+        Course::Linear => before + magnitude * (setting.probe - setting.null),
+        Course::Geometric => before * (setting.probe / setting.null).powf(magnitude),
+        Course::Switch => setting.probe,
+    }
+}
+
+/// Size of magnitude 1 as people read it.
+fn scale(setting: &Setting) -> Option<(f64, String)> {
+    let unit =
+        || variables::by_name(setting.parameter).and_then(|(_, v)| v.unit()).filter(|u| u.symbol != "1");
+    match setting.course {
+        Course::Linear => {
+            let change = setting.probe - setting.null;
+            let shown = unit().map(|u| (change * u.factor, u.display.to_owned()));
+            Some(shown.unwrap_or((change, String::new())))
+        }
+        // Powers of the ratio: told as magnitudes.
+        Course::Geometric | Course::Switch => None,
+    }
+}
+
+fn place(place: effect::Place) -> Place {
+    match place {
+        effect::Place::Specimen => Place::Specimen,
+        effect::Place::Contact => Place::Contact,
+        effect::Place::Machine => Place::Machine,
+        effect::Place::Sensor => Place::Sensor,
+        effect::Place::Numerics => Place::Numerics,
+    }
+}
+
+fn sign(variant: &Variant) -> Sign {
+    match variant.sign {
+        _ if variant.is_switch() => Sign::Switch,
+        effect::Sign::OneSided => Sign::Positive,
+        effect::Sign::TwoSided => Sign::Either,
+    }
+}
+
+/// The largest magnitude up to [`LARGEST`] that keeps all parameters within the FMU's ranges, in both directions
+/// where both mean something.
+fn largest(variant: &Variant, wiring: &Wiring) -> f64 {
+    const HALVINGS: usize = 12;
+    let inside = |m: f64| {
+        variant.settings.iter().all(|setting| {
+            let Some(v) = wiring.parameters.get(setting.parameter) else { return false };
+            let value = moved(setting, setting.null, m);
+            v.kind != VariableKind::Real
+                || (v.min.unwrap_or(f64::NEG_INFINITY)..=v.max.unwrap_or(f64::INFINITY)).contains(&value)
+        })
+    };
+    let admissible = |m: &f64| inside(*m) && (sign(variant) != Sign::Either || inside(-m));
+    let halved = (0..HALVINGS).map(|k| LARGEST * 0.5f64.powi(k as i32));
+    halved.into_iter().find(admissible).unwrap_or(1.0)
+}

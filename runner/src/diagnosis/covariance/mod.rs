@@ -1,0 +1,125 @@
+//! How uncertain the difference between a measured and a computed curve is.
+//!
+//! ```text
+//! Observation -> white part of a point
+//!             -> common errors: height of the specimens, their shapes, slow noise, error of the simulation
+//!             -> Covariance (low rank + diagonal), its inverse root
+//! ```
+//! With white noise alone hundreds of points would make any slow error significant.
+
+mod low_rank;
+mod numerical;
+mod specimens;
+#[cfg(test)]
+mod tests;
+
+pub use low_rank::{Common, Covariance};
+pub use numerical::{hats, refinement, slow_errors, timing};
+pub use specimens::{TestNoise, test_noise};
+
+use super::observation::{Observation, same_specimens};
+use nalgebra::DVector;
+
+/// The covariance of several tests, and what it is made of.
+#[derive(Debug, Clone)]
+pub struct NoiseModel {
+    /// Of all points of all tests, test by test.
+    pub covariance: Covariance,
+    /// Noise of each test.
+    pub tests: Vec<TestNoise>,
+    /// Whether the tests were made on the same specimens.
+    pub same_specimens: bool,
+}
+
+/// From the specimens of each test; `reference_mn` is the force that relative errors are relative to, test by test;
+/// `refined` are differences of the model's force between its mesh and time steps and finer ones (mN).
+///
+/// The reference must be a computed force. Errors in proportion to the measured one would let a fit shrink its own
+/// misfit: with an error of shape `h f` and `u` of it, `f - u h f - c g = c (f - g)` for `c = 1 - u h`, so a model of
+/// half the height misses by half (Peelle's puzzle).
+pub fn noise_model(observations: &[Observation], reference_mn: &[f64], refined: Vec<Common>) -> NoiseModel {
+    let mut references = Vec::new();
+    let mut rest = reference_mn;
+    for observation in observations {
+        let (first, others) = rest.split_at(observation.len());
+        references.push(DVector::from_row_slice(first));
+        rest = others;
+    }
+    let pairs = || observations.iter().zip(&references);
+    let tests: Vec<TestNoise> = pairs().map(|(o, f)| test_noise(o, f)).collect();
+    let same = observations.windows(2).all(|w| same_specimens(&w[0], &w[1])) && observations.len() > 1;
+    let mut white = Vec::new();
+    let mut common = refined;
+    let total: usize = observations.iter().map(Observation::len).sum();
+    let mut before = 0;
+    for ((observation, force), noise) in pairs().zip(&tests) {
+        white.extend(noise.white_mn.iter().copied());
+        let numerical = slow_errors(observation, force).into_iter().chain(timing(observation, force));
+        let local = noise.common.iter().cloned().chain(numerical);
+        common.extend(local.map(|c| embed(c, before, total)));
+        before += observation.len();
+    }
+    common.extend(heights(observations, &references, same));
+    let covariance = Covariance::new(DVector::from_vec(white), common);
+    NoiseModel { covariance, tests, same_specimens: same }
+}
+
+/// For a first fit, of which only the computed force is used: white noise and this part of the force at each point.
+pub fn rough_covariance(observations: &[Observation]) -> Covariance {
+    const PART: f64 = 0.01;
+    let sigma = |o: &Observation| {
+        let force = DVector::from_vec(o.force_mn());
+        let white = test_noise(o, &force).white_mn;
+        white.zip_map(&force, |w, f| w.hypot(PART * f)).as_slice().to_vec()
+    };
+    Covariance::new(DVector::from_vec(observations.iter().flat_map(sigma).collect()), vec![])
+}
+
+/// A test's error among the points of all tests.
+fn embed(common: Common, before: usize, total: usize) -> Common {
+    let mut shape_mn = DVector::zeros(total);
+    shape_mn.rows_mut(before, common.shape_mn.len()).copy_from(&common.shape_mn);
+    Common { shape_mn, ..common }
+}
+
+/// What the mean of a few specimens leaves unknown of the height of their material's curve: one error for all
+/// tests where the specimens are the same, one for each test where they are not.
+fn heights(observations: &[Observation], references: &[DVector<f64>], same: bool) -> Vec<Common> {
+    let total: usize = observations.iter().map(Observation::len).sum();
+    let mut together = DVector::zeros(total);
+    let mut alone = Vec::new();
+    let mut before = 0;
+    for (observation, force) in observations.iter().zip(references) {
+        let n = observation.factors.len().max(1) as f64;
+        let relative = observation.log_scatter().map_or(0.0, |s| s / n.sqrt());
+        let shape_mn = force * relative;
+        let name = format!("height of the specimens of {}", observation.name());
+        together.rows_mut(before, shape_mn.len()).copy_from(&shape_mn);
+        alone.push(embed(Common { name, shape_mn }, before, total));
+        before += observation.len();
+    }
+    let known = |c: &Common| c.shape_mn.amax() > 0.0;
+    if same {
+        let all = Common { name: "height of the specimens".to_owned(), shape_mn: together };
+        let mut common = vec![all];
+        common.extend(between_tests(observations, references, total));
+        return common.into_iter().filter(known).collect();
+    }
+    alone.into_iter().filter(known).collect()
+}
+
+/// Specimens that were tested twice differ a little in how much: the scatter of the ratio of their factors.
+fn between_tests(observations: &[Observation], references: &[DVector<f64>], total: usize) -> Vec<Common> {
+    let Some((first, others)) = observations.split_first() else { return vec![] };
+    let mut before = first.len();
+    let mut common = Vec::new();
+    for (other, force) in others.iter().zip(&references[1..]) {
+        let ratios: Vec<f64> = other.factors.iter().zip(&first.factors).map(|(a, b)| (a / b).ln()).collect();
+        let scatter = crate::data::measurement::standard_deviation(&ratios);
+        let shape_mn = force * (scatter / (ratios.len() as f64).sqrt());
+        let name = format!("height of {} against {} on the same specimens", other.name(), first.name());
+        common.push(embed(Common { name, shape_mn }, before, total));
+        before += other.len();
+    }
+    common
+}

@@ -1,0 +1,75 @@
+//! Error of the simulation: slow along a curve, so it does not average out over the points.
+
+use super::super::observation::Observation;
+use super::Common;
+use crate::data::Phase;
+use crate::data::measurement::median;
+use nalgebra::DVector;
+
+/// Relative error that is left between two correct programs at their usual accuracy (design, section 6: 0.2 to 0.8 %
+/// in the force, most of it a common factor that the moduli absorb), independent from one knot to the next.
+const RELATIVE: f64 = 2e-3;
+/// Knots per decade of time.
+const PER_DECADE: f64 = 2.0;
+
+/// Hat functions over the decades of the time since touch, each 1 at its knot and 0 at the next ones: a basis for
+/// whatever changes slowly along a cycle. One row per knot.
+pub fn hats(observation: &Observation, cycle: usize, per_decade: f64) -> Vec<DVector<f64>> {
+    let decade = |i: usize| per_decade * observation.since_touch_s(i).max(FIRST_S).log10();
+    let points = || (0..observation.len()).filter(|&i| observation.cycle[i] == cycle);
+    let first = (per_decade * FIRST_S.log10()).floor() as i32;
+    let last = points().map(decade).fold(f64::from(first), f64::max).ceil() as i32;
+    let hat = |knot: i32| {
+        let mut shape = DVector::zeros(observation.len());
+        for i in points() {
+            shape[i] = (1.0 - (decade(i) - f64::from(knot)).abs()).max(0.0);
+        }
+        shape
+    };
+    (first..=last).map(hat).filter(|h| h.amax() > 0.0).collect()
+}
+
+/// Time since touch that the first knot stands for (s).
+const FIRST_S: f64 = 1e-2;
+
+/// The error as independent errors over the time of each cycle, in proportion to the computed force (mN).
+pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
+    let of_cycle = |cycle: usize| {
+        hats(observation, cycle, PER_DECADE).into_iter().enumerate().map(move |(knot, hat)| Common {
+            name: format!("simulation of {}, cycle {}, part {}", observation.name(), cycle + 1, knot + 1),
+            shape_mn: hat.component_mul(force_mn) * RELATIVE,
+        })
+    };
+    let all = (0..observation.cycles.len()).flat_map(of_cycle);
+    all.filter(|c| c.shape_mn.amax() > 0.0).collect()
+}
+
+/// Force and displacement of a sample belong to times that are known to a part of the sampling interval: the kinks of
+/// the motion lie anywhere between two samples. `dF/dt` times the deviation of a uniform distribution over the
+/// interval of the ramp (mN).
+pub fn timing(observation: &Observation, force_mn: &DVector<f64>) -> Option<Common> {
+    let (t, n) = (&observation.dataset.measurement.time_s, observation.len());
+    let ramp: Vec<usize> = (1..n).filter(|&i| observation.dataset.phases[i] == Phase::Ramp).collect();
+    if ramp.is_empty() {
+        return None;
+    }
+    let interval = median(&mut ramp.iter().map(|&i| t[i] - t[i - 1]).collect::<Vec<_>>());
+    let sigma_s = interval / 12f64.sqrt();
+    let between = |i: usize| (force_mn[i + 1] - force_mn[i]) / (t[i + 1] - t[i]);
+    // The smaller of both sides' slopes, none at a peak: before the first touch no shift makes a force.
+    let slope = |i: usize| {
+        if i == 0 || i + 1 >= n {
+            return 0.0;
+        }
+        let (left, right) = (between(i - 1), between(i));
+        if left * right <= 0.0 { 0.0 } else { left.signum() * left.abs().min(right.abs()) }
+    };
+    let shape_mn = DVector::from_fn(n, |i, _| sigma_s * slope(i));
+    Some(Common { name: format!("timing of {}", observation.name()), shape_mn })
+}
+
+/// The difference that a refinement makes, as an error of that size. `None` where it makes none.
+pub fn refinement(name: &str, coarse_mn: &[f64], fine_mn: &[f64]) -> Option<Common> {
+    let shape_mn = DVector::from_iterator(coarse_mn.len(), fine_mn.iter().zip(coarse_mn).map(|(f, c)| f - c));
+    (shape_mn.amax() > 0.0).then(|| Common { name: name.to_owned(), shape_mn })
+}

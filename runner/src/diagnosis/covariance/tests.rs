@@ -1,0 +1,132 @@
+use super::super::observation::{Observation, observe};
+use super::*;
+use crate::data::Measurement;
+use crate::data::random::Random;
+use crate::fit::Whitening;
+
+/// 2 s of approach and loading, 90 s of hold; force rises and relaxes.
+fn truth() -> Vec<(f64, f64, f64)> {
+    let time = (0..40).map(|i| 0.05 * f64::from(i)).chain((0..180).map(|i| 2.0 + 0.5 * f64::from(i)));
+    time.map(|t| {
+        let depth = (-1e-4 + 1e-3 * t).min(1e-3);
+        let force =
+            if t < 0.1 { 0.0 } else { 5e-3 * (depth / 1e-3) + 4e-3 * (-(t - 1.1).max(0.0) / 20.0).exp() };
+        (t, depth, force)
+    })
+    .collect()
+}
+
+/// Ten specimens with these factors, white noise of 0.07 mN, and `shape` mN more or less force late in the hold.
+fn measurement(name: &str, factors: &[f64], shape_n: f64, random: &mut Random) -> Measurement {
+    let truth = truth();
+    let specimen = |a: &f64, random: &mut Random| {
+        let late = shape_n * random.normal();
+        let value =
+            |&(t, _, f): &(f64, f64, f64)| a * f + late * (t / 90.0).min(1.0) + 0.07e-3 * random.normal();
+        truth.iter().map(value).collect::<Vec<f64>>()
+    };
+    let specimens_n: Vec<Vec<f64>> = factors.iter().map(|a| specimen(a, random)).collect();
+    let at = |i: usize| {
+        crate::data::measurement::median(&mut specimens_n.iter().map(|s| s[i]).collect::<Vec<_>>())
+    };
+    Measurement {
+        name: name.into(),
+        time_s: truth.iter().map(|p| p.0).collect(),
+        displacement_m: truth.iter().map(|p| p.1).collect(),
+        force_n: (0..truth.len()).map(at).collect(),
+        specimen_names: (0..factors.len()).map(|k| format!("s{k}")).collect(),
+        specimens_n,
+        ..Measurement::default()
+    }
+}
+
+fn factors(random: &mut Random) -> Vec<f64> {
+    (0..10).map(|_| (0.12 * random.normal()).exp()).collect()
+}
+
+fn tests(seed: u64, same: bool, shape_n: f64) -> Vec<Observation> {
+    let mut random = Random::new(seed);
+    let first = factors(&mut random);
+    let second = if same { first.clone() } else { factors(&mut random) };
+    let a = measurement("P1", &first, shape_n, &mut random);
+    let b = measurement("P2", &second, shape_n, &mut random);
+    observe(&[a, b], None).unwrap()
+}
+
+/// With the true force as the computed one.
+fn of(observations: &[Observation]) -> NoiseModel {
+    let force: Vec<f64> = truth().iter().map(|p| p.2 * 1e3).collect();
+    noise_model(observations, &[force.clone(), force].concat(), vec![])
+}
+
+#[test]
+fn a_model_of_half_the_height_is_not_nearer_to_the_data() {
+    // Peelle's puzzle: a model whose shape is a little wrong must not gain by being too low.
+    let observations = tests(1, true, 0.0);
+    let noise = of(&observations);
+    let measured = nalgebra::DVector::from_iterator(440, observations.iter().flat_map(Observation::force_mn));
+    let time: Vec<f64> = truth().iter().map(|p| p.0).collect();
+    let wrong = |c: f64| {
+        let model = |i: usize| c * measured[i] * (1.0 + 0.02 * (time[i % 220] / 7.0).sin());
+        let difference = nalgebra::DVector::from_fn(440, |i, _| measured[i] - model(i));
+        noise.covariance.apply(&difference).norm_squared()
+    };
+    assert!(
+        wrong(0.9) > wrong(1.0) && wrong(0.5) > wrong(0.9),
+        "{} {} {}",
+        wrong(0.5),
+        wrong(0.9),
+        wrong(1.0)
+    );
+}
+
+#[test]
+fn white_noise_is_that_of_the_mean_of_all_specimens() {
+    for seed in 0..5 {
+        let noise = of(&tests(seed, true, 0.0));
+        let white = noise.tests[0].specimen_white_mn.unwrap();
+        assert!((white - 0.07).abs() < 0.004, "{white}");
+        let of_mean = noise.covariance.white_mn()[100];
+        assert!((of_mean / (0.07 / 10f64.sqrt()) - 1.0).abs() < 0.08, "{of_mean}");
+        assert!(noise.tests[0].common.is_empty(), "{:?}", noise.tests[0].common.len());
+    }
+}
+
+#[test]
+fn the_curve_is_as_near_the_truth_as_its_covariance_says() {
+    let mut scores = vec![];
+    for seed in 0..40 {
+        let observations = tests(seed, false, 0.0);
+        let noise = of(&observations);
+        let truth: Vec<f64> = truth().iter().map(|p| p.2 * 1e3).collect();
+        let measured = observations.iter().flat_map(Observation::force_mn);
+        let error = measured.zip(truth.iter().chain(&truth)).map(|(m, t)| m - t);
+        let whitened = noise.covariance.apply(&nalgebra::DVector::from_iterator(440, error));
+        scores.push(whitened.norm_squared() / 440.0);
+    }
+    let mean = scores.iter().sum::<f64>() / scores.len() as f64;
+    // The error of a simulation is in the covariance and not in these data: a little below 1.
+    assert!((0.93..1.03).contains(&mean), "{mean}");
+}
+
+#[test]
+fn same_specimens_share_one_height() {
+    for seed in 0..5 {
+        let name = |noise: &NoiseModel, text: &str| {
+            noise.covariance.common().iter().filter(|c| c.name.starts_with(text)).count()
+        };
+        let same = of(&tests(seed, true, 0.0));
+        assert!(same.same_specimens && name(&same, "height of the specimens") == 1);
+        let other = of(&tests(seed, false, 0.0));
+        assert!(!other.same_specimens && name(&other, "height of the specimens") == 2);
+    }
+}
+
+#[test]
+fn specimens_of_different_shape_make_a_common_error() {
+    let noise = of(&tests(3, true, 0.3e-3));
+    let shapes: f64 = noise.tests[0].common.iter().map(|c| c.shape_mn.norm_squared()).sum();
+    // 0.3 mN of ten specimens at the end, growing linearly.
+    let expected: f64 = truth().iter().map(|p| (0.3 / 10f64.sqrt() * (p.0 / 90.0).min(1.0)).powi(2)).sum();
+    assert!((0.3..3.0).contains(&(shapes / expected)), "{shapes} {expected}");
+}

@@ -1,0 +1,143 @@
+//! Prediction of what was not fitted.
+//!
+//! Around its optimum a model is linear: `measured - model = J delta + U u + white noise`, with the prior of the
+//! parameters on `delta` and `u` standard normal, the errors that points share. Fitting some points and predicting the
+//! others is then algebra, and errors common to both are carried over as they are.
+
+use super::baseline::Fit;
+use super::covariance::Covariance;
+use super::observation::Observation;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// Points that are fitted and points that are predicted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Split {
+    /// In words.
+    pub name: String,
+    /// Fitted points.
+    pub fitted: Vec<usize>,
+    /// Predicted points.
+    pub predicted: Vec<usize>,
+}
+
+/// Every test predicted from the others, and late cycles from early ones.
+pub fn splits(observations: &[Observation]) -> Vec<Split> {
+    let mut labels = Vec::new();
+    for (test, o) in observations.iter().enumerate() {
+        labels.extend(o.cycle.iter().map(|&cycle| (test, cycle)));
+    }
+    let split = |name: String, is_predicted: &dyn Fn(usize, usize) -> bool| {
+        let chosen = |wanted: bool| {
+            (0..labels.len()).filter(|&i| is_predicted(labels[i].0, labels[i].1) == wanted).collect()
+        };
+        Split { name, fitted: chosen(false), predicted: chosen(true) }
+    };
+    let mut all = Vec::new();
+    if observations.len() > 1 {
+        for (test, o) in observations.iter().enumerate() {
+            all.push(split(format!("{} predicted from the rest", o.name()), &|t, _| t == test));
+        }
+    }
+    let cycles = observations.iter().map(|o| o.cycles.len()).min().unwrap_or(0);
+    if cycles > 1 {
+        let early = cycles.div_ceil(2);
+        all.push(split(format!("cycles after {early} predicted from those before"), &|_, c| c >= early));
+    }
+    all
+}
+
+/// A model that fits one part and predicts the other.
+pub struct Predictor {
+    split: Split,
+    all: DMatrix<f64>,
+    white_mn: DVector<f64>,
+    weights: DVector<f64>,
+    shift: DVector<f64>,
+    inverse: Cholesky<f64, Dyn>,
+    /// Deviation of the prediction's error at each predicted point (mN).
+    pub deviation_mn: DVector<f64>,
+    /// Share of the prior's variance of each variable that the fitted points leave.
+    pub left: Vec<f64>,
+}
+
+impl Predictor {
+    /// Of a fit; `None` where the normal equations cannot be solved.
+    pub fn new(fit: &Fit, covariance: &Covariance, split: &Split) -> Option<Self> {
+        let (n, variables) = fit.jacobian_mn.shape();
+        let common = covariance.common_columns();
+        let mut all = DMatrix::zeros(n, variables + common.ncols());
+        all.columns_mut(0, variables).copy_from(&fit.jacobian_mn);
+        all.columns_mut(variables, common.ncols()).copy_from(&common);
+        let white_mn = covariance.white_mn().clone();
+        let mut normal = DMatrix::zeros(all.ncols(), all.ncols());
+        let mut shift = DVector::zeros(all.ncols());
+        for j in 0..all.ncols() {
+            let (precision, mean) = match j < variables {
+                true => (fit.prior.deviation[j].powi(-2), fit.prior.mean[j] - fit.solution.x[j]),
+                false => (1.0, 0.0),
+            };
+            normal[(j, j)] = precision;
+            shift[j] = precision * mean;
+        }
+        let prior = normal.diagonal();
+        let fitted = all.select_rows(&split.fitted);
+        let weights = DVector::from_iterator(n, white_mn.iter().map(|s| s.powi(-2)));
+        let weighted = scaled_rows(&fitted, &weights.select_rows(&split.fitted));
+        normal += fitted.tr_mul(&weighted);
+        let inverse = normal.cholesky()?;
+        let left = (inverse.inverse().diagonal().component_mul(&prior)).as_slice()[..variables].to_vec();
+        let predicted = all.select_rows(&split.predicted);
+        let half = inverse.l().solve_lower_triangular(&predicted.transpose())?;
+        let deviation_mn = DVector::from_fn(split.predicted.len(), |i, _| {
+            (half.column(i).norm_squared() + white_mn[split.predicted[i]].powi(2)).sqrt()
+        });
+        Some(Self { split: split.clone(), all, white_mn, weights, shift, inverse, deviation_mn, left })
+    }
+
+    /// Measured minus predicted (mN) at the predicted points, for `gap_mn` measured minus model at the optimum.
+    pub fn error_mn(&self, gap_mn: &DVector<f64>) -> DVector<f64> {
+        let (fitted, predicted) = (&self.split.fitted, &self.split.predicted);
+        let weighted = gap_mn.select_rows(fitted).component_mul(&self.weights.select_rows(fitted));
+        let right = self.all.select_rows(fitted).tr_mul(&weighted) + &self.shift;
+        let found = self.inverse.solve(&right);
+        gap_mn.select_rows(predicted) - self.all.select_rows(predicted) * found
+    }
+
+    /// Twice the log of the density that the prediction gave to what was measured.
+    pub fn log_score(&self, error_mn: &DVector<f64>) -> f64 {
+        let predicted = &self.split.predicted;
+        let white = self.white_mn.select_rows(predicted);
+        let rows = self.all.select_rows(predicted);
+        // Post = inv(H) = inv(L') inv(L): its half times the rows are errors that the predicted points share.
+        let Some(half) = self.inverse.l().solve_lower_triangular(&rows.transpose()) else {
+            return f64::NEG_INFINITY;
+        };
+        let inner = half.clone();
+        let v = scaled_rows(&inner.transpose(), &white.map(|s| 1.0 / s));
+        let e = error_mn.component_div(&white);
+        let small = DMatrix::identity(v.ncols(), v.ncols()) + v.tr_mul(&v);
+        let Some(small) = small.cholesky() else { return f64::NEG_INFINITY };
+        let projected = v.tr_mul(&e);
+        let square = e.norm_squared() - projected.dot(&small.solve(&projected));
+        let log_white: f64 = 2.0 * white.iter().map(|s| s.ln()).sum::<f64>();
+        let log_small: f64 = 2.0 * small.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        -square - log_white - log_small
+    }
+}
+
+fn scaled_rows(matrix: &DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
+    let mut scaled = matrix.clone();
+    for (mut row, factor) in scaled.row_iter_mut().zip(factors.iter()) {
+        row *= *factor;
+    }
+    scaled
+}
+
+/// Systematic part of prediction errors (mN): root of the mean square beyond what noise gives; 0 where it is below.
+pub fn gap_mn(error_mn: &DVector<f64>, deviation_mn: &DVector<f64>, points: &[usize]) -> f64 {
+    if points.is_empty() {
+        return 0.0;
+    }
+    let beyond: f64 = points.iter().map(|&i| error_mn[i].powi(2) - deviation_mn[i].powi(2)).sum();
+    (beyond / points.len() as f64).max(0.0).sqrt()
+}

@@ -1,0 +1,37 @@
+//! Where the best fit still misses the data, which effect explains the miss, and how much of it would go.
+//!
+//! ```text
+//! 1 covariance/   how uncertain each difference is
+//! 2 parity        relations that need no fit
+//! 3 baseline      best fit of the plain model, and its linearisation
+//! 4 location      where it misses, against noise after a refit
+//! 5 screening/    which effects would look like that after a refit
+//! 6 confirming    refits with the effects, evidence against each other and against something else
+//! 7 held_out      does the effect predict what was not fitted
+//! 8 shrinkage     how much of the gap it removes
+//! 9 next          what to measure to tell the remaining candidates apart
+//! ```
+
+pub mod baseline;
+pub mod catalogue;
+pub mod confirming;
+pub mod covariance;
+pub mod diagnose;
+pub mod effect;
+mod figures;
+pub mod held_out;
+pub mod location;
+pub mod observation;
+pub mod page;
+pub mod parity;
+pub mod problem;
+pub mod refinement;
+pub mod result;
+pub mod screening;
+pub mod shrinkage;
+pub mod something_else;
+pub mod summary;
+#[cfg(test)]
+mod tests;
+pub mod verdict;
+pub mod wording;

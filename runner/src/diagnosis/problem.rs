@@ -1,0 +1,218 @@
+//! The model with some effects switched on, as a least-squares problem: parameters and magnitudes -> differences
+//! from all tests (mN, model minus measured).
+
+use super::effect::{Candidate, Sign};
+use super::observation::Observation;
+use crate::engine::Engine;
+use crate::fit::{Bounds, EvaluationFailure, Problem};
+use crate::objective::{ParameterMap, wait};
+use crate::pool::{ForceCurve, Priority, Run};
+use nalgebra::DMatrix;
+use poropunch::variables::sensitivities;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What every evaluation needs.
+#[derive(Clone, Copy)]
+pub struct Setup<'a> {
+    /// Runs the model.
+    pub engine: &'a Engine,
+    /// What was measured.
+    pub observations: &'a [Observation],
+    /// What is fitted besides the effects.
+    pub parameters: &'a ParameterMap,
+}
+
+/// Curves of all tests.
+pub type Curves = Vec<Arc<ForceCurve>>;
+
+impl Setup<'_> {
+    /// Values of a test's run, and those before the effects were applied.
+    fn values(
+        &self,
+        x: &[f64],
+        active: &[(&Candidate, f64)],
+        test: usize,
+    ) -> (BTreeMap<String, f64>, BTreeMap<String, f64>) {
+        let plain = self.parameters.settings(x);
+        let mut values = plain.clone();
+        for (candidate, magnitude) in active {
+            // An effect on a parameter that nobody set starts from the FMU's own value.
+            for name in &candidate.effect.parameters {
+                let start = || self.engine.wiring().parameters.get(name).and_then(|v| v.start_number());
+                if let (None, Some(value)) = (values.get(name), start()) {
+                    values.insert(name.clone(), value);
+                }
+            }
+            candidate.apply(&mut values, test, *magnitude);
+        }
+        (values, plain)
+    }
+
+    /// Starts the runs of all tests at parameters `x` with effects of given magnitudes.
+    pub fn submit(
+        &self,
+        x: &[f64],
+        active: &[(&Candidate, f64)],
+        derivatives: bool,
+        priority: Priority,
+    ) -> Vec<Run> {
+        let run = |(test, observation): (usize, &Observation)| {
+            let (mut values, _) = self.values(x, active, test);
+            if derivatives {
+                values.insert(sensitivities::SWITCH.to_owned(), 1.0);
+            }
+            self.engine.submit(&observation.dataset.job(&values), priority)
+        };
+        self.observations.iter().enumerate().map(run).collect()
+    }
+
+    /// Force of all tests, test by test (mN).
+    ///
+    /// # Errors
+    /// When a run fails.
+    pub fn forces_mn(runs: &[Run]) -> Result<Vec<f64>, EvaluationFailure> {
+        let curves = runs.iter().map(wait).collect::<Result<Curves, _>>()?;
+        Ok(curves.iter().flat_map(|c| c.force_n().iter().map(|f| f * 1e3).collect::<Vec<_>>()).collect())
+    }
+
+    /// Measured force of all tests (mN).
+    pub fn measured_mn(&self) -> Vec<f64> {
+        self.observations.iter().flat_map(Observation::force_mn).collect()
+    }
+
+    /// First point of each test, and the number of points.
+    pub fn offsets(&self) -> Vec<usize> {
+        let lengths = self.observations.iter().map(Observation::len);
+        std::iter::once(0)
+            .chain(lengths.scan(0, |sum, n| {
+                *sum += n;
+                Some(*sum)
+            }))
+            .collect()
+    }
+}
+
+/// Parameters, then the magnitudes of the active effects.
+pub struct EffectProblem<'a> {
+    setup: Setup<'a>,
+    /// Effects whose magnitude is a variable.
+    active: Vec<&'a Candidate>,
+    /// Switches that are on.
+    on: Vec<&'a Candidate>,
+    derivatives: bool,
+}
+
+/// Step of a magnitude for its derivative, in plausible scales.
+const STEP: f64 = 0.05;
+/// Step of a log parameter where the FMU offers no derivative.
+const PARAMETER_STEP: f64 = 0.01;
+
+impl<'a> EffectProblem<'a> {
+    /// With these effects present: their magnitudes free, switches on.
+    pub fn new(setup: Setup<'a>, active: &[&'a Candidate]) -> Self {
+        let recorded = &setup.engine.wiring().sensitivities;
+        let p = setup.parameters;
+        let has = |j| p.slopes(p.start(), j).iter().all(|(name, _)| recorded.contains_key(*name));
+        let derivatives = (0..p.free().len()).all(has) && active.iter().all(|c| c.effect.differentiable);
+        let (active, on) = active.iter().copied().partition(|c| is_continuous(c));
+        Self { setup, active, on, derivatives }
+    }
+
+    /// Bounds of parameters and magnitudes.
+    ///
+    /// # Errors
+    /// Never, for effects with a range.
+    pub fn bounds(&self) -> Result<Bounds, crate::fit::FitError> {
+        let (lower, upper) = self.setup.parameters.bounds();
+        let (mut lower, mut upper) = (lower.to_vec(), upper.to_vec());
+        for candidate in &self.active {
+            let (low, high) = candidate.range();
+            lower.push(low);
+            upper.push(high);
+        }
+        Bounds::new(lower, upper)
+    }
+
+    fn split<'b>(&self, x: &'b [f64]) -> (&'b [f64], Vec<(&'a Candidate, f64)>) {
+        let (parameters, magnitudes) = x.split_at(self.setup.parameters.free().len());
+        let free = self.active.iter().copied().zip(magnitudes.iter().copied());
+        (parameters, free.chain(self.on.iter().map(|c| (*c, 1.0))).collect())
+    }
+
+    fn submit(&self, x: &[f64], derivatives: bool, priority: Priority) -> Vec<Run> {
+        let (parameters, active) = self.split(x);
+        self.setup.submit(parameters, &active, derivatives, priority)
+    }
+
+    /// Column of a parameter from derivatives in the point's own runs (mN).
+    fn exact_column(&self, x: &[f64], curves: &Curves, j: usize) -> Vec<f64> {
+        let recorded = &self.setup.engine.wiring().sensitivities;
+        let (parameters, active) = self.split(x);
+        let slopes = self.setup.parameters.slopes(parameters, j);
+        let mut column = Vec::new();
+        for (test, curve) in curves.iter().enumerate() {
+            let (values, plain) = self.setup.values(parameters, &active, test);
+            // An effect that multiplies a fitted parameter multiplies its slope too.
+            let factor = |name: &str| match (values.get(name), plain.get(name)) {
+                (Some(value), Some(before)) if *before != 0.0 => value / before,
+                _ => 1.0,
+            };
+            column.extend((0..curve.time_s.len()).map(|i| {
+                let one =
+                    |(name, slope): &(&str, f64)| curve.values[recorded[*name]][i] * slope * factor(name);
+                1e3 * slopes.iter().map(one).sum::<f64>()
+            }));
+        }
+        column
+    }
+
+    /// Runs of a shifted variable, inwards at its upper bound.
+    fn shifted(&self, x: &[f64], j: usize) -> (f64, Vec<Run>) {
+        let parameters = self.setup.parameters.free().len();
+        let (step, upper) = match j.checked_sub(parameters) {
+            None => (PARAMETER_STEP, self.setup.parameters.bounds().1[j]),
+            Some(k) => (STEP, self.active[k].range().1),
+        };
+        let shift = if x[j] + step <= upper { step } else { -step };
+        let mut y = x.to_vec();
+        y[j] += shift;
+        (shift, self.submit(&y, false, Priority::Urgent))
+    }
+}
+
+impl Problem for EffectProblem<'_> {
+    fn dimension(&self) -> usize {
+        self.setup.parameters.free().len() + self.active.len()
+    }
+
+    fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, EvaluationFailure> {
+        let forces = Setup::forces_mn(&self.submit(x, self.derivatives, Priority::Urgent))?;
+        Ok(forces.iter().zip(self.setup.measured_mn()).map(|(f, m)| f - m).collect())
+    }
+
+    fn jacobian(&mut self, x: &[f64], r: &[f64]) -> Result<DMatrix<f64>, EvaluationFailure> {
+        let n = self.setup.parameters.free().len();
+        let runs = self.submit(x, self.derivatives, Priority::Urgent);
+        let differenced = if self.derivatives { n..x.len() } else { 0..x.len() };
+        let shifted: Vec<_> = differenced.clone().map(|j| (j, self.shifted(x, j))).collect();
+        let curves = runs.iter().map(wait).collect::<Result<Curves, _>>()?;
+        let mut jacobian = DMatrix::zeros(r.len(), x.len());
+        for j in (0..x.len()).filter(|j| !differenced.contains(j)) {
+            jacobian.column_mut(j).copy_from_slice(&self.exact_column(x, &curves, j));
+        }
+        let measured = self.setup.measured_mn();
+        for (j, (shift, runs)) in shifted {
+            let forces = Setup::forces_mn(&runs)?;
+            for (i, force) in forces.iter().enumerate() {
+                jacobian[(i, j)] = (force - measured[i] - r[i]) / shift;
+            }
+        }
+        Ok(jacobian)
+    }
+}
+
+/// Whether an effect has a magnitude between off and on.
+pub fn is_continuous(candidate: &Candidate) -> bool {
+    candidate.effect.sign != Sign::Switch
+}

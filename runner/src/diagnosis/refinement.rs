@@ -1,0 +1,106 @@
+//! Error of the simulation, from a finer mesh, finer time steps, and the steps of a plain program, at the same
+//! parameters.
+//!
+//! Where two programs differ most is behind the kinks of the motion: with backward Euler steps from sample to sample
+//! a branch that relaxes within a sample is smeared. What computes the data, or filters them, may do that; so the
+//! difference counts as an error of its own in each test.
+
+use super::covariance::{Common, refinement};
+use super::effect::{Candidate, Effect, Place, Scope, Sign};
+use super::problem::Setup;
+use crate::fit::EvaluationFailure;
+use crate::pool::Priority;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+const PRESET: &str = "mesh.preset";
+const TOLERANCE: &str = "solver.tolerance";
+const SCHEME: &str = "solver.time_scheme";
+/// Backward Euler, among the schemes.
+const BACKWARD_EULER: f64 = 2.0;
+/// A tolerance that lets every step pass: the steps are those of the samples.
+const ANY_ERROR: f64 = 1.0;
+/// The finest preset.
+const FINEST: f64 = 3.0;
+/// A tolerance ten times smaller leaves a negligible error.
+const TIGHTER: f64 = 0.1;
+
+/// Differences that a finer mesh and finer steps make at `x` (mN); none for an FMU without such parameters. The runs
+/// are made only where a test's motion allows them: one that fails adds nothing.
+///
+/// # Errors
+/// When the plain model fails, or the user asked to stop.
+pub fn refined(setup: Setup, x: &[f64]) -> Result<Vec<Common>, EvaluationFailure> {
+    let plain = Setup::forces_mn(&setup.submit(x, &[], false, Priority::Urgent))?;
+    let mut all = Vec::new();
+    let changes: [(&str, &str, fn(f64) -> f64); 2] = [
+        ("mesh", PRESET, |preset| (preset + 1.0).min(FINEST)),
+        ("time steps", TOLERANCE, |tolerance| tolerance * TIGHTER),
+    ];
+    if let Some(coarse) = plain_steps(setup, x)? {
+        all.extend(per_test(setup, &plain, &coarse));
+    }
+    for (name, parameter, change) in changes {
+        if !setup.engine.wiring().parameters.contains_key(parameter) {
+            continue;
+        }
+        let candidate = finer(name, parameter, change);
+        match Setup::forces_mn(&setup.submit(x, &[(&candidate, 1.0)], false, Priority::Urgent)) {
+            Ok(fine) => all.extend(refinement(&format!("simulation: {name}"), &plain, &fine)),
+            Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
+            Err(EvaluationFailure::Failed(_)) => {}
+        }
+    }
+    Ok(all)
+}
+
+/// Forces by backward Euler steps from sample to sample (mN), where the FMU has that scheme and it gets through.
+fn plain_steps(setup: Setup, x: &[f64]) -> Result<Option<Vec<f64>>, EvaluationFailure> {
+    let known = |name| setup.engine.wiring().parameters.contains_key(name);
+    if !known(SCHEME) || !known(TOLERANCE) {
+        return Ok(None);
+    }
+    let (scheme, tolerance) =
+        (finer("scheme", SCHEME, |_| BACKWARD_EULER), finer("steps", TOLERANCE, |_| ANY_ERROR));
+    match Setup::forces_mn(&setup.submit(x, &[(&scheme, 1.0), (&tolerance, 1.0)], false, Priority::Urgent)) {
+        Ok(forces) => Ok(Some(forces)),
+        Err(EvaluationFailure::Interrupted) => Err(EvaluationFailure::Interrupted),
+        Err(EvaluationFailure::Failed(_)) => Ok(None),
+    }
+}
+
+/// The difference as one error for each test.
+fn per_test(setup: Setup, plain: &[f64], other: &[f64]) -> Vec<Common> {
+    let offsets = setup.offsets();
+    let one = |(test, w): (usize, &[usize])| {
+        let mut shown = plain.to_vec();
+        shown[w[0]..w[1]].copy_from_slice(&other[w[0]..w[1]]);
+        refinement(&format!("simulation: plain steps in {}", setup.observations[test].name()), plain, &shown)
+    };
+    offsets.windows(2).enumerate().filter_map(one).collect()
+}
+
+/// A change of a numerical parameter, in the form of an effect.
+fn finer(name: &str, parameter: &'static str, change: fn(f64) -> f64) -> Candidate {
+    let effect = Effect {
+        name: name.to_owned(),
+        family: name.to_owned(),
+        title: name.to_owned(),
+        place: Place::Numerics,
+        sign: Sign::Switch,
+        scope: Scope::Shared,
+        scale: 1.0,
+        unit: String::new(),
+        largest: 1.0,
+        mimics: String::new(),
+        reveals: String::new(),
+        differentiable: false,
+        parameters: vec![parameter.to_owned()],
+        action: Arc::new(move |values: &mut BTreeMap<String, f64>, _| {
+            if let Some(value) = values.get_mut(parameter) {
+                *value = change(*value);
+            }
+        }),
+    };
+    Candidate { name: name.to_owned(), test: None, effect: Arc::new(effect) }
+}

@@ -1,0 +1,293 @@
+//! What a diagnosis found: one serialisable structure, in the units that people use.
+
+use super::effect::{Place, Sign};
+use crate::data::Phase;
+use serde::{Deserialize, Serialize};
+
+/// Version of the JSON layout.
+pub const SCHEMA: &str = "poropunch.diagnosis/1";
+
+/// All of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// Command that was given.
+    pub command: String,
+    /// Whether only the leaders were refitted.
+    pub quick: bool,
+    /// Answer.
+    pub verdict: Verdict,
+    /// Tests, and what was left out of them.
+    pub tests: Vec<TestSummary>,
+    /// Relations that need no fit.
+    pub parity: Vec<Parity>,
+    /// Fit of the plain model.
+    pub baseline: ModelSummary,
+    /// Where it misses.
+    pub location: Location,
+    /// Effects as screening sees them, largest evidence first.
+    pub effects: Vec<EffectSummary>,
+    /// Cosines between the signatures of `effects`, in their order.
+    pub overlap: Vec<Vec<f64>>,
+    /// Models that were refitted, and their competitors, largest evidence first.
+    pub models: Vec<ModelSummary>,
+    /// Twice the log evidence of a smooth error outside the catalogue against no gap.
+    pub something_else_evidence: f64,
+    /// Prediction of data that were not fitted.
+    pub held_out: Vec<HeldOut>,
+    /// How much of the gap goes.
+    pub shrinkage: Option<ShrinkageSummary>,
+    /// Effects that these data cannot show, and why.
+    pub not_testable: Vec<NotTestable>,
+    /// What would separate the surviving candidates.
+    pub next: Vec<String>,
+    /// Warnings.
+    pub warnings: Vec<String>,
+    /// Measured and computed curves.
+    pub curves: Vec<CurvePair>,
+    /// Wall time (s).
+    pub seconds: f64,
+}
+
+/// Kind of answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Kind {
+    /// The model and the data agree within the noise.
+    #[serde(rename = "no gap")]
+    NoGap,
+    /// One effect explains the gap.
+    #[serde(rename = "effect")]
+    Effect,
+    /// One of several effects that cannot be told apart explains it.
+    #[serde(rename = "group")]
+    Group,
+    /// Two effects together explain it.
+    #[serde(rename = "pair")]
+    Pair,
+    /// No effect of the catalogue explains it.
+    #[serde(rename = "none of these")]
+    NoneOfThese,
+}
+
+/// The answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Kind of answer.
+    pub kind: Kind,
+    /// Names of the effects: one, the group, or the pair; the most probable first.
+    pub effects: Vec<String>,
+    /// Probability that the answer is right.
+    pub confidence: f64,
+    /// In plain words.
+    pub text: String,
+}
+
+/// One test.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TestSummary {
+    /// Its name.
+    pub name: String,
+    /// Points used.
+    pub points: usize,
+    /// Cycles used.
+    pub cycles: usize,
+    /// What was left out.
+    pub left_out: Option<String>,
+    /// Specimens.
+    pub specimens: usize,
+    /// White noise of a specimen's sample (mN).
+    pub specimen_white_mn: Option<f64>,
+    /// White noise of the curve, median over its points (mN).
+    pub white_mn: f64,
+    /// Slow noise of the load cell (mN) and its time (s).
+    pub slow_noise: Option<(f64, f64)>,
+    /// Relative scatter of the specimens' heights (-).
+    pub height_scatter: Option<f64>,
+    /// Whether the specimens are those of the other tests.
+    pub same_specimens: bool,
+}
+
+/// One relation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Parity {
+    /// What is compared.
+    pub relation: String,
+    /// Test, tests and cycle.
+    pub of: String,
+    /// Value.
+    pub value: f64,
+    /// Its standard uncertainty, where known.
+    pub sigma: Option<f64>,
+    /// Value without the effect that it would show.
+    pub expected: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// What a deviation would mean.
+    pub shows: String,
+}
+
+/// A fitted model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelSummary {
+    /// Effects in it; none for the plain model.
+    pub effects: Vec<String>,
+    /// chi^2, prior included.
+    pub chi_square: f64,
+    /// Points.
+    pub points: usize,
+    /// Decrease of chi^2 against the plain model.
+    pub gain: f64,
+    /// Twice the log evidence against the plain model.
+    pub evidence: f64,
+    /// Posterior probability among all competitors.
+    pub probability: f64,
+    /// Magnitude of each effect (plausible scales) and its standard deviation.
+    pub magnitudes: Vec<(f64, f64)>,
+    /// Family-wise probability that noise leaves such a residual.
+    pub adequacy: f64,
+    /// Material parameters (display units): name, value, unit.
+    pub parameters: Vec<(String, f64, String)>,
+    /// Root mean square residual (mN).
+    pub rms_mn: f64,
+}
+
+/// Where the plain model misses.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Location {
+    /// Score that the largest of all passes by noise alone in 1 of 20 cases.
+    pub threshold: f64,
+    /// Family-wise probability of the largest score, effects included, under noise.
+    pub probability: f64,
+    /// Phases and time scales.
+    pub spots: Vec<SpotSummary>,
+}
+
+/// One place.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpotSummary {
+    /// Test.
+    pub test: String,
+    /// Cycle, counted from 1; none for a time scale of all holds.
+    pub cycle: Option<usize>,
+    /// Phase.
+    pub phase: Option<Phase>,
+    /// `level`, `tilt`, or the relaxation time.
+    pub pattern: String,
+    /// Relaxation time (s).
+    pub time_s: Option<f64>,
+    /// Score, standard normal under noise.
+    pub score: f64,
+    /// Mean of measured minus model (mN).
+    pub mean_mn: f64,
+    /// Root mean square of measured minus model (mN).
+    pub rms_mn: f64,
+    /// Family-wise probability under noise.
+    pub probability: f64,
+}
+
+/// One effect in screening.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EffectSummary {
+    /// Name.
+    pub name: String,
+    /// In words.
+    pub title: String,
+    /// Where it acts.
+    pub place: Place,
+    /// Its magnitudes.
+    pub sign: Sign,
+    /// Score.
+    pub score: f64,
+    /// Family-wise probability under noise.
+    pub probability: f64,
+    /// Expected magnitude (plausible scales).
+    pub magnitude: f64,
+    /// Its standard deviation (plausible scales).
+    pub magnitude_sigma: f64,
+    /// Size of magnitude 1, where it has a unit.
+    pub scale: f64,
+    /// Unit of the scale.
+    pub unit: String,
+    /// Decrease of chi^2 that is expected of a refit.
+    pub predicted_gain: f64,
+    /// Decrease of chi^2 in the refit, where one was made.
+    pub actual_gain: Option<f64>,
+    /// Share that a refit of the parameters hides.
+    pub absorbed: f64,
+    /// Score that the plausible scale would give.
+    pub power: f64,
+    /// Twice the log evidence, linear.
+    pub evidence: f64,
+    /// Whether these data would show it.
+    pub testable: bool,
+    /// Names of the effects that look the same.
+    pub group: Vec<String>,
+}
+
+/// A prediction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeldOut {
+    /// What was predicted from what.
+    pub split: String,
+    /// Twice the gain in log predictive density by the effect.
+    pub score: f64,
+    /// Whether the fitted part determines the effect.
+    pub informative: bool,
+    /// Gap before and after, per phase and total.
+    pub parts: Vec<PartGap>,
+}
+
+/// Gap in some part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PartGap {
+    /// `total` or the phase.
+    pub part: String,
+    /// Without the effect (mN).
+    pub before_mn: f64,
+    /// With it (mN).
+    pub after_mn: f64,
+    /// `1 - after / before`; undefined where there was no gap.
+    pub shrinkage: Option<f64>,
+}
+
+/// How much of the gap goes, in total.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShrinkageSummary {
+    /// Of which data.
+    pub of: String,
+    /// Gap before (mN).
+    pub before_mn: f64,
+    /// Gap after (mN).
+    pub after_mn: f64,
+    /// `1 - after / before`.
+    pub value: Option<f64>,
+    /// 90 % interval.
+    pub interval: Option<(f64, f64)>,
+}
+
+/// An effect that these data cannot show.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NotTestable {
+    /// Name.
+    pub name: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// One test's curves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CurvePair {
+    /// Test.
+    pub name: String,
+    /// Times (s).
+    pub time_s: Vec<f64>,
+    /// Measured (mN).
+    pub measured_mn: Vec<f64>,
+    /// Standard deviation of the measured curve, simulation error included (mN).
+    pub sigma_mn: Vec<f64>,
+    /// Plain model (mN).
+    pub before_mn: Vec<f64>,
+    /// Model with the effect of the verdict (mN), where there is one.
+    pub after_mn: Option<Vec<f64>>,
+}

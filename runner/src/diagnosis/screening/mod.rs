@@ -1,0 +1,124 @@
+//! Which effects could explain the gap, told from how each would look after a refit.
+//!
+//! ```text
+//! run with the effect - run without -> d -> inv(L) -> projector -> signature s
+//! s against the residual: score, expected magnitude, gain; s against each other: groups
+//! ```
+
+mod family;
+mod groups;
+mod projection;
+#[cfg(test)]
+mod tests;
+
+pub use family::{DRAWS, Family};
+pub use groups::{CONFUSABLE, groups};
+pub use projection::{Linearised, Signature, normal_cdf};
+
+use super::effect::{Candidate, Sign};
+use super::problem::{Setup, is_continuous};
+use crate::fit::{EvaluationFailure, Whitening};
+use crate::pool::Priority;
+use nalgebra::DVector;
+
+/// An effect as screening sees it.
+#[derive(Debug, Clone)]
+pub struct Screened {
+    /// Index of the candidate.
+    pub candidate: usize,
+    /// Change of the force at magnitude `probe` divided by it (mN); empty where the run failed.
+    pub change_mn: DVector<f64>,
+    /// What of it no refit absorbs.
+    pub signature: Signature,
+    /// The signature at another magnitude, where it was computed: the family of scores has both.
+    pub other: Option<Signature>,
+}
+
+/// An effect that could not be computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failed {
+    /// Index of the candidate.
+    pub candidate: usize,
+    /// Why.
+    pub reason: String,
+}
+
+/// Signatures of all candidates at the parameters `x` of a fit.
+///
+/// # Errors
+/// When the plain model fails, or the user asked to stop.
+pub fn screen<W: Whitening>(
+    setup: Setup,
+    candidates: &[Candidate],
+    x: &[f64],
+    fit: &Linearised,
+    whitening: &W,
+) -> Result<(Vec<Screened>, Vec<Failed>), EvaluationFailure> {
+    let plain = setup.submit(x, &[], false, Priority::Urgent);
+    let runs: Vec<_> =
+        candidates.iter().map(|c| setup.submit(x, &[(c, 1.0)], false, Priority::Speculative)).collect();
+    let plain = Setup::forces_mn(&plain)?;
+    let (mut screened, mut failed) = (Vec::new(), Vec::new());
+    for (candidate, runs) in runs.iter().enumerate() {
+        match Setup::forces_mn(runs) {
+            Ok(forces) => {
+                let change = forces.iter().zip(&plain).map(|(f, p)| f - p);
+                let change_mn = DVector::from_iterator(plain.len(), change);
+                let signature = fit.signature(whitening, &change_mn);
+                screened.push(Screened { candidate, change_mn, signature, other: None });
+            }
+            Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
+            Err(EvaluationFailure::Failed(reason)) => failed.push(Failed { candidate, reason }),
+        }
+    }
+    refine(setup, candidates, x, fit, whitening, &plain, &mut screened)?;
+    Ok((screened, failed))
+}
+
+/// A score that any gap worth explaining has.
+const VISIBLE: f64 = 8.0;
+
+/// Effects that would be seen at a small part of their plausible scale may look different there (a surface that is
+/// higher by micrometres, against one that is higher by tenths of a millimetre): they are computed there too, and
+/// the signature that fits the residual better is kept.
+fn refine<W: Whitening>(
+    setup: Setup,
+    candidates: &[Candidate],
+    x: &[f64],
+    fit: &Linearised,
+    whitening: &W,
+    plain: &[f64],
+    screened: &mut [Screened],
+) -> Result<(), EvaluationFailure> {
+    let y = &fit.residual;
+    let mut runs = Vec::new();
+    for (k, s) in screened.iter().enumerate() {
+        let candidate = &candidates[s.candidate];
+        let part = VISIBLE / s.signature.strength();
+        if is_continuous(candidate) && part < 0.5 {
+            let side =
+                if candidate.effect.sign == Sign::Either { s.signature.score(y).signum() } else { 1.0 };
+            let m = side * part.max(0.02);
+            runs.push((k, m, setup.submit(x, &[(candidate, m)], false, Priority::Speculative)));
+        }
+    }
+    for (k, m, runs) in runs {
+        let forces = match Setup::forces_mn(&runs) {
+            Ok(forces) => forces,
+            Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
+            Err(EvaluationFailure::Failed(_)) => continue,
+        };
+        let change = forces.iter().zip(plain).map(|(f, p)| (f - p) / m);
+        let change_mn = DVector::from_iterator(plain.len(), change);
+        let small = fit.signature(whitening, &change_mn);
+        let s = &mut screened[k];
+        let candidate = &candidates[s.candidate];
+        if candidate.one_sided(small.score(y)) > candidate.one_sided(s.signature.score(y)) {
+            s.change_mn = change_mn;
+            s.other = Some(std::mem::replace(&mut s.signature, small));
+        } else {
+            s.other = Some(small);
+        }
+    }
+    Ok(())
+}

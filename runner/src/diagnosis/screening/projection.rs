@@ -1,0 +1,101 @@
+//! What a refit of the parameters cannot absorb.
+//!
+//! `W = [inv(L) J; inv(S)]`: whitened Jacobian, and below it the parameters' prior of deviations `S`. `P = 1 - W (W'W)^-1 W'`
+//! removes from a vector what a refit would take up; `y = P [inv(L)(measured - model); (mean - x) / S]` is what is left of the residual.
+
+use crate::fit::Whitening;
+use nalgebra::{DMatrix, DVector};
+
+/// A fit, linearised at its optimum.
+#[derive(Debug, Clone)]
+pub struct Linearised {
+    basis: DMatrix<f64>,
+    /// `W`.
+    pub design: DMatrix<f64>,
+    /// Residual (measured minus model) that no refit absorbs, whitened; the prior's rows last.
+    pub residual: DVector<f64>,
+    /// Number of rows that are data.
+    pub data: usize,
+}
+
+impl Linearised {
+    /// From the whitened design with the prior's rows last, and the residual (measured minus model) alike.
+    pub fn new(design: DMatrix<f64>, residual: &DVector<f64>) -> Self {
+        let data = design.nrows() - design.ncols();
+        let basis = design.clone().qr().q();
+        let mut fit = Self { basis, design, residual: DVector::zeros(0), data };
+        fit.residual = fit.project(residual);
+        fit
+    }
+
+    /// `P v`.
+    pub fn project(&self, v: &DVector<f64>) -> DVector<f64> {
+        v - &self.basis * self.basis.tr_mul(v)
+    }
+
+    /// `P [inv(L) d; 0]` of a change of force `d` (mN), and the norm of `inv(L) d`.
+    pub fn signature<W: Whitening>(&self, whitening: &W, d_mn: &DVector<f64>) -> Signature {
+        let whitened = whitening.apply(d_mn);
+        let norm = whitened.norm();
+        Signature { s: self.project(&whitened.resize_vertically(self.design.nrows(), 0.0)), norm }
+    }
+
+    /// ln det (W'W).
+    pub fn log_curvature(&self) -> f64 {
+        let r = self.design.clone().qr().r();
+        2.0 * r.diagonal().iter().map(|d| d.abs().ln()).sum::<f64>()
+    }
+}
+
+/// What an effect of magnitude 1 leaves after a refit of the parameters.
+#[derive(Debug, Clone)]
+pub struct Signature {
+    /// `P inv(L) d`.
+    pub s: DVector<f64>,
+    /// `|inv(L) d|`.
+    pub norm: f64,
+}
+
+impl Signature {
+    /// Standard normal where there is no effect: `s'y / |s|`.
+    pub fn score(&self, y: &DVector<f64>) -> f64 {
+        let length = self.s.norm();
+        if length > 0.0 { self.s.dot(y) / length } else { 0.0 }
+    }
+
+    /// Magnitude of least squares, `s'y / s's`, and its standard deviation `1 / |s|`.
+    pub fn magnitude(&self, y: &DVector<f64>) -> (f64, f64) {
+        let length = self.s.norm().max(f64::MIN_POSITIVE);
+        (self.score(y) / length, 1.0 / length)
+    }
+
+    /// Share of the effect that a refit hides, `1 - |s| / |inv(L) d|`.
+    pub fn absorbed(&self) -> f64 {
+        if self.norm > 0.0 { (1.0 - self.s.norm() / self.norm).clamp(0.0, 1.0) } else { 1.0 }
+    }
+
+    /// Score that magnitude 1 gives on average: its power.
+    pub fn strength(&self) -> f64 {
+        self.s.norm()
+    }
+
+    /// Cosine of the angle between two signatures.
+    pub fn cosine(&self, other: &Self) -> f64 {
+        let product = self.s.norm() * other.s.norm();
+        if product > 0.0 { (self.s.dot(&other.s) / product).clamp(-1.0, 1.0) } else { 0.0 }
+    }
+
+    /// Twice the log evidence for the effect against no effect, its magnitude normal with this deviation before the
+    /// measurement, on one side only if `one_sided`.
+    pub fn evidence(&self, y: &DVector<f64>, deviation: f64, one_sided: bool) -> f64 {
+        let g = deviation * deviation * self.s.norm_squared();
+        let z = self.score(y);
+        let both = z * z * g / (1.0 + g) - g.ln_1p();
+        if one_sided { both + 2.0 * (2.0 * normal_cdf(z * (g / (1.0 + g)).sqrt())).ln() } else { both }
+    }
+}
+
+/// Standard normal distribution; never quite 0, so that its logarithm exists.
+pub fn normal_cdf(z: f64) -> f64 {
+    (0.5 * statrs::function::erf::erfc(-z / std::f64::consts::SQRT_2)).max(f64::MIN_POSITIVE)
+}

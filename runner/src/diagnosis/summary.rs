@@ -1,0 +1,323 @@
+//! From findings to the structure that is written.
+
+use super::confirming::{Refit, adequacy};
+use super::diagnose::{Findings, is_testable, linear_evidence};
+use super::location::{Pattern, Spot};
+use super::observation::Observation;
+use super::problem::{Setup, is_continuous};
+use super::result::*;
+use super::screening::{CONFUSABLE, Screened};
+use super::shrinkage::Comparison;
+use super::verdict::{DECISIVE, SIGNIFICANT};
+use super::wording;
+use crate::data::Phase;
+use crate::inspection::Inspection;
+
+/// What is told beside the findings.
+pub struct About<'a> {
+    /// Engine and parameters.
+    pub setup: Setup<'a>,
+    /// Inspection of the measurements.
+    pub inspection: &'a Inspection,
+    /// Command that was given.
+    pub command: String,
+    /// Whether only the leaders were refitted.
+    pub quick: bool,
+    /// Wall time (s).
+    pub seconds: f64,
+}
+
+/// The structure.
+pub fn summary(f: &Findings, about: &About) -> Diagnosis {
+    let threshold = f.family.threshold(SIGNIFICANT);
+    let members = answer(f);
+    let name = |k: &usize| f.candidates[*k].name.clone();
+    let (held_out, shrinkage) = f.decision.refit.map_or((vec![], None), |k| held_out(f, &f.refits[k]));
+    let effects: Vec<EffectSummary> = f.screened.iter().map(|s| effect(f, s, threshold)).collect();
+    let not_testable = not_testable(f, &effects);
+    let names: Vec<String> = members.iter().map(name).collect();
+    let mut diagnosis = Diagnosis {
+        schema: SCHEMA.to_owned(),
+        command: about.command.clone(),
+        quick: about.quick,
+        verdict: Verdict {
+            kind: kind(f, members.len()),
+            effects: names,
+            confidence: f.decision.confidence,
+            text: String::new(),
+        },
+        tests: f.observations.iter().enumerate().map(|(i, o)| test(f, i, o)).collect(),
+        parity: super::parity::parity(about.inspection),
+        baseline: plain(f, about),
+        location: location(f, threshold),
+        overlap: overlap(&f.screened),
+        models: models(f, about),
+        something_else_evidence: f.something_else.evidence,
+        held_out,
+        shrinkage,
+        not_testable,
+        next: members.iter().map(|k| wording::next(&f.candidates[*k])).collect(),
+        warnings: warnings(f),
+        curves: curves(f),
+        effects,
+        seconds: about.seconds,
+    };
+    diagnosis.verdict.text = wording::headline(&diagnosis);
+    diagnosis
+}
+
+/// Members of the answer: those of the decision, and candidates that were not refitted but look the same.
+fn answer(f: &Findings) -> Vec<usize> {
+    let mut members = f.decision.members.clone();
+    if !matches!(f.decision.kind, Kind::Effect | Kind::Group) {
+        return members;
+    }
+    let Some(leader) = f.screened.iter().find(|s| s.candidate == members[0]) else { return members };
+    let evidence = |s: &Screened| linear_evidence(&f.candidates[s.candidate], &s.signature, &f.plain);
+    for s in &f.screened {
+        let refitted = f.refits.iter().any(|r| r.members == [s.candidate]);
+        let like = leader.signature.cosine(&s.signature).abs() > CONFUSABLE;
+        if !refitted && like && evidence(leader) - evidence(s) < DECISIVE {
+            members.push(s.candidate);
+        }
+    }
+    members
+}
+
+fn kind(f: &Findings, members: usize) -> Kind {
+    match f.decision.kind {
+        Kind::Effect if members > 1 => Kind::Group,
+        kind => kind,
+    }
+}
+
+fn test(f: &Findings, i: usize, o: &Observation) -> TestSummary {
+    let noise = &f.noise.tests[i];
+    TestSummary {
+        name: o.name().to_owned(),
+        points: o.len(),
+        cycles: o.cycle.iter().max().map_or(0, |c| c + 1),
+        left_out: o.left_out.clone(),
+        specimens: o.factors.len(),
+        specimen_white_mn: noise.specimen_white_mn,
+        white_mn: crate::data::measurement::median(&mut noise.white_mn.as_slice().to_vec()),
+        slow_noise: noise.slow_mn,
+        height_scatter: noise.height_scatter,
+        same_specimens: f.noise.same_specimens,
+    }
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = values.fold((0.0, 0usize), |(s, n), v| (s + v * v, n + 1));
+    (sum / n.max(1) as f64).sqrt()
+}
+
+fn parameters(about: &About, x: &[f64]) -> Vec<(String, f64, String)> {
+    let free = about.setup.parameters.free();
+    free.iter()
+        .zip(x)
+        .map(|(p, x)| (p.name.clone(), p.unit.from_si(p.to_value(*x)), p.unit.name.clone()))
+        .collect()
+}
+
+fn plain(f: &Findings, about: &About) -> ModelSummary {
+    ModelSummary {
+        effects: vec![],
+        chi_square: f.plain.solution.chi_square,
+        points: f.plain.gap_mn.len(),
+        gain: 0.0,
+        evidence: 0.0,
+        probability: f64::from(u8::from(f.decision.kind == Kind::NoGap)) * f.decision.confidence,
+        magnitudes: vec![],
+        adequacy: adequacy(
+            Setup { observations: &f.observations, ..about.setup },
+            &f.plain,
+            &f.noise.covariance,
+        ),
+        parameters: parameters(about, f.plain.x()),
+        rms_mn: rms(f.plain.gap_mn.iter().copied()),
+    }
+}
+
+fn models(f: &Findings, about: &About) -> Vec<ModelSummary> {
+    let one = |(k, r): (usize, &Refit)| {
+        let deviations = r.fit.magnitude_deviations();
+        let mut free = r.fit.magnitudes().iter().copied().zip(deviations);
+        let magnitude = |m: &usize| match is_continuous(&f.candidates[*m]) {
+            true => free.next().unwrap_or((0.0, f64::INFINITY)),
+            false => (1.0, 0.0),
+        };
+        ModelSummary {
+            effects: r.members.iter().map(|m| f.candidates[*m].name.clone()).collect(),
+            chi_square: r.fit.solution.chi_square,
+            points: r.fit.gap_mn.len(),
+            gain: r.gain,
+            evidence: r.evidence,
+            probability: f.decision.probabilities[k],
+            magnitudes: r.members.iter().map(magnitude).collect(),
+            adequacy: r.adequacy,
+            parameters: parameters(about, r.fit.x()),
+            rms_mn: rms(r.fit.gap_mn.iter().copied()),
+        }
+    };
+    let mut all: Vec<ModelSummary> = f.refits.iter().enumerate().map(one).collect();
+    all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    all
+}
+
+fn location(f: &Findings, threshold: f64) -> Location {
+    let y = &f.plain.linear.residual;
+    let one = |s: &Spot| {
+        let score = s.signature.score(y);
+        let gap = || s.points.iter().map(|&i| f.plain.gap_mn[i]);
+        let (pattern, time_s) = match s.pattern {
+            Pattern::Level => ("level", None),
+            Pattern::Tilt => ("tilt", None),
+            Pattern::Relaxation(time_s) => ("relaxation", Some(time_s)),
+        };
+        SpotSummary {
+            test: f.observations[s.test].name().to_owned(),
+            cycle: s.cycle.map(|c| c + 1),
+            phase: s.phase,
+            pattern: pattern.to_owned(),
+            time_s,
+            score,
+            mean_mn: gap().sum::<f64>() / s.points.len().max(1) as f64,
+            rms_mn: rms(gap()),
+            probability: f.family.probability(score.abs()),
+        }
+    };
+    Location { threshold, probability: f.probability, spots: f.spots.iter().map(one).collect() }
+}
+
+fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
+    let (candidate, y) = (&f.candidates[s.candidate], &f.plain.linear.residual);
+    let effect = &candidate.effect;
+    let score = s.signature.score(y);
+    let (magnitude, magnitude_sigma) = s.signature.magnitude(y);
+    let like =
+        |o: &&Screened| o.candidate != s.candidate && s.signature.cosine(&o.signature).abs() > CONFUSABLE;
+    let gain = f.refits.iter().find(|r| r.members == [s.candidate]).map(|r| r.gain);
+    EffectSummary {
+        name: candidate.name.clone(),
+        title: effect.title.clone(),
+        place: effect.place,
+        sign: effect.sign,
+        score,
+        probability: f.family.probability(candidate.one_sided(score)),
+        magnitude,
+        magnitude_sigma,
+        scale: effect.scale,
+        unit: effect.unit.clone(),
+        predicted_gain: score * score,
+        actual_gain: gain,
+        absorbed: s.signature.absorbed(),
+        power: s.signature.strength(),
+        evidence: linear_evidence(candidate, &s.signature, &f.plain),
+        testable: is_testable(&s.signature, score, threshold),
+        group: f.screened.iter().filter(like).map(|o| f.candidates[o.candidate].name.clone()).collect(),
+    }
+}
+
+fn overlap(screened: &[Screened]) -> Vec<Vec<f64>> {
+    let row = |a: &Screened| screened.iter().map(|b| a.signature.cosine(&b.signature)).collect();
+    screened.iter().map(row).collect()
+}
+
+fn not_testable(f: &Findings, effects: &[EffectSummary]) -> Vec<NotTestable> {
+    let weak = effects.iter().filter(|e| !e.testable).map(|e| NotTestable {
+        name: e.name.clone(),
+        reason: wording::too_weak(e, f.family.threshold(SIGNIFICANT)),
+    });
+    let failed = f.failed.iter().map(|failed| NotTestable {
+        name: f.candidates[failed.candidate].name.clone(),
+        reason: format!("the model cannot be computed with it: {}", failed.reason),
+    });
+    let unknown = f
+        .unknown
+        .iter()
+        .map(|title| NotTestable { name: title.clone(), reason: "the FMU does not have it".to_owned() });
+    weak.chain(failed).chain(unknown).collect()
+}
+
+/// Places of the predicted points that belong to a phase; all where there is none.
+fn part(f: &Findings, predicted: &[usize], phase: Option<Phase>) -> Vec<usize> {
+    let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.dataset.phases.clone()).collect();
+    (0..predicted.len()).filter(|&i| phase.is_none_or(|p| phases[predicted[i]] == p)).collect()
+}
+
+fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSummary>) {
+    let mut all = Vec::new();
+    let mut total: Option<ShrinkageSummary> = None;
+    for split in &f.splits {
+        let Some(c) = Comparison::new(&f.plain, &refit.fit, &f.noise.covariance, split) else { continue };
+        let mut parts = Vec::new();
+        for phase in std::iter::once(None).chain(Phase::ALL.map(Some)) {
+            let points = part(f, &split.predicted, phase);
+            if points.is_empty() {
+                continue;
+            }
+            let s = c.shrinkage(&points, phase.is_none());
+            parts.push(PartGap {
+                part: phase.map_or("total", Phase::name).to_owned(),
+                before_mn: s.before_mn,
+                after_mn: s.after_mn,
+                shrinkage: s.value,
+            });
+            // The split with the largest gap says most about how much of it goes.
+            let larger = total.as_ref().is_none_or(|t| s.before_mn > t.before_mn);
+            if phase.is_none() && c.informative && larger {
+                total = Some(ShrinkageSummary {
+                    of: split.name.clone(),
+                    before_mn: s.before_mn,
+                    after_mn: s.after_mn,
+                    value: s.value,
+                    interval: s.interval,
+                });
+            }
+        }
+        all.push(HeldOut { split: split.name.clone(), score: c.score, informative: c.informative, parts });
+    }
+    (all, total)
+}
+
+fn warnings(f: &Findings) -> Vec<String> {
+    let mut warnings: Vec<String> = f
+        .observations
+        .iter()
+        .filter_map(|o| o.left_out.as_ref().map(|what| format!("{}: left out: {what}", o.name())))
+        .collect();
+    if !f.plain.solution.stop.converged() {
+        warnings.push(format!("the fit of the plain model: {}", f.plain.solution.stop));
+    }
+    if f.observations.len() < 2 && f.splits.is_empty() {
+        warnings.push("one cycle of one test: nothing can be predicted that was not fitted".to_owned());
+    }
+    if f.noise.tests.iter().all(|t| t.height_scatter.is_none()) {
+        warnings.push("no specimens in the files: what they differ by is not in the noise".to_owned());
+    }
+    warnings
+}
+
+fn curves(f: &Findings) -> Vec<CurvePair> {
+    let sigma = f.noise.covariance.total_mn();
+    let after = f.decision.refit.map(|k| &f.refits[k].fit.gap_mn);
+    let mut before = 0;
+    let mut all = Vec::new();
+    for o in &f.observations {
+        let (n, measured_mn) = (o.len(), o.force_mn());
+        let model = |gap: &nalgebra::DVector<f64>| -> Vec<f64> {
+            measured_mn.iter().enumerate().map(|(i, m)| m - gap[before + i]).collect()
+        };
+        all.push(CurvePair {
+            name: o.name().to_owned(),
+            time_s: o.dataset.measurement.time_s.clone(),
+            sigma_mn: sigma.rows(before, n).as_slice().to_vec(),
+            before_mn: model(&f.plain.gap_mn),
+            after_mn: after.map(model),
+            measured_mn,
+        });
+        before += n;
+    }
+    all
+}

@@ -1,0 +1,178 @@
+//! The chain from measurement to significance on a cheap model, and the layout of the JSON.
+
+use super::covariance::noise_model;
+use super::location::spots;
+use super::observation::{Observation, observe};
+use super::result::*;
+use super::screening::{Family, Linearised, Signature};
+use super::something_else::something_else;
+use crate::data::Measurement;
+use crate::data::random::Random;
+use crate::fit::Whitening;
+use nalgebra::{DMatrix, DVector};
+
+/// Time (s), depth (m) and two force shapes (mN): elastic, and relaxing within 20 s.
+fn points(rate: f64) -> Vec<(f64, f64, [f64; 2])> {
+    let ramp = 1.0 / rate;
+    let time = (0..50).map(|i| 0.1 * f64::from(i)).chain((0..150).map(|i| 5.0 + 0.5 * f64::from(i)));
+    time.map(|t| {
+        let depth = (rate * t - 0.1).min(1.0);
+        let contact = depth.max(0.0);
+        let relaxing = contact * (-(t - 1.1 * ramp).max(0.0) / 20.0).exp();
+        (t, depth * 1e-3, [contact, relaxing])
+    })
+    .collect()
+}
+
+const RATES: [f64; 2] = [1.0, 1.6];
+const TRUTH_MN: [f64; 2] = [5.0, 6.0];
+
+/// Two tests on ten specimens with white noise of 0.07 mN, and something added to the force (mN).
+fn tests(seed: u64, added_mn: &dyn Fn(f64) -> f64) -> Vec<Observation> {
+    let mut random = Random::new(seed);
+    let factors: Vec<f64> = (0..10).map(|_| (0.12 * random.normal()).exp()).collect();
+    let mut one = |rate: f64| {
+        let points = points(rate);
+        let force = |f: &[f64; 2]| TRUTH_MN[0] * f[0] + TRUTH_MN[1] * f[1];
+        let specimens_n: Vec<Vec<f64>> = factors
+            .iter()
+            .map(|a| {
+                let value = |p: &(f64, f64, [f64; 2])| {
+                    (a * (force(&p.2) + added_mn(p.0)) + 0.07 * random.normal()) * 1e-3
+                };
+                points.iter().map(value).collect()
+            })
+            .collect();
+        let at = |i: usize| {
+            crate::data::measurement::median(&mut specimens_n.iter().map(|s| s[i]).collect::<Vec<_>>())
+        };
+        Measurement {
+            name: format!("rate {rate}"),
+            time_s: points.iter().map(|p| p.0).collect(),
+            displacement_m: points.iter().map(|p| p.1).collect(),
+            force_n: (0..points.len()).map(at).collect(),
+            specimen_names: (0..10).map(|k| format!("s{k}")).collect(),
+            specimens_n,
+            ..Measurement::default()
+        }
+    };
+    let measurements = RATES.map(&mut one);
+    observe(&measurements, None).unwrap()
+}
+
+/// Family-wise probability of the largest score, and twice the log evidence of something else.
+fn significance(observations: &[Observation]) -> (f64, f64) {
+    let shapes: Vec<[f64; 2]> = RATES.iter().flat_map(|r| points(*r)).map(|p| p.2).collect();
+    let truth: Vec<f64> = shapes.iter().map(|f| TRUTH_MN[0] * f[0] + TRUTH_MN[1] * f[1]).collect();
+    let noise = noise_model(observations, &truth, vec![]);
+    let n = truth.len();
+    let jacobian = DMatrix::from_fn(n, 2, |i, j| shapes[i][j] * TRUTH_MN[j]);
+    let design = noise.covariance.apply_columns(&jacobian).resize_vertically(n + 2, 0.0);
+    let mut design = design;
+    (design[(n, 0)], design[(n + 1, 1)]) = (0.5, 0.5);
+    let measured = observations.iter().flat_map(Observation::force_mn);
+    let gap = DVector::from_iterator(n, measured.zip(&truth).map(|(m, t)| m - t));
+    let residual = noise.covariance.apply(&gap).resize_vertically(n + 2, 0.0);
+    let fit = Linearised::new(design, &residual);
+    let spots = spots(observations, &fit, &noise.covariance);
+    let signatures: Vec<&Signature> = spots.iter().map(|s| &s.signature).collect();
+    let largest = signatures.iter().map(|s| s.score(&fit.residual).abs()).fold(0.0, f64::max);
+    let family = Family::new(&signatures, &vec![false; signatures.len()], seed_of(observations));
+    (family.probability(largest), something_else(observations, &fit, &noise.covariance).evidence)
+}
+
+/// Other draws of the threshold for other data.
+fn seed_of(observations: &[Observation]) -> u64 {
+    observations[0].force_mn()[100].to_bits()
+}
+
+#[test]
+fn data_without_a_gap_are_seldom_accused() {
+    let cases = 300;
+    let mut accused = 0;
+    for seed in 0..cases {
+        let (probability, something_else) = significance(&tests(seed, &|_| 0.0));
+        accused += u32::from(probability < 0.05);
+        assert!(something_else < 12.0, "{something_else}");
+    }
+    // 15 expected; 27 or more in less than 1 of 500 runs at a true rate of 5 %.
+    assert!(accused < 27, "{accused} of {cases}");
+}
+
+#[test]
+fn a_gap_is_found() {
+    for seed in 0..20 {
+        let (probability, something_else) = significance(&tests(seed, &|t| -0.01 * t));
+        assert!(probability < 1e-3 && something_else > 20.0, "{probability} {something_else}");
+    }
+}
+
+#[test]
+fn the_json_keeps_its_layout() {
+    let model = ModelSummary {
+        effects: vec!["load_cell_lag".into()],
+        chi_square: 1.0,
+        points: 2,
+        gain: 3.0,
+        evidence: 4.0,
+        probability: 0.9,
+        magnitudes: vec![(1.0, 0.1)],
+        adequacy: 0.5,
+        parameters: vec![("material.permeability".into(), 2.3e-9, "mm^2".into())],
+        rms_mn: 0.02,
+    };
+    let verdict = Verdict { kind: Kind::NoneOfThese, effects: vec![], confidence: 0.9, text: "x".into() };
+    let diagnosis = Diagnosis {
+        schema: SCHEMA.into(),
+        command: String::new(),
+        quick: true,
+        verdict,
+        tests: vec![],
+        parity: vec![],
+        baseline: model.clone(),
+        location: Location { threshold: 3.1, probability: 0.5, spots: vec![] },
+        effects: vec![],
+        overlap: vec![],
+        models: vec![model],
+        something_else_evidence: 0.0,
+        held_out: vec![],
+        shrinkage: None,
+        not_testable: vec![],
+        next: vec![],
+        warnings: vec![],
+        curves: vec![],
+        seconds: 1.0,
+    };
+    let json = serde_json::to_value(&diagnosis).unwrap();
+    assert_eq!(json["schema"], "poropunch.diagnosis/1");
+    assert_eq!(json["verdict"]["kind"], "none of these");
+    let mut keys: Vec<&str> = json.as_object().unwrap().keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    let expected = [
+        "baseline",
+        "command",
+        "curves",
+        "effects",
+        "held_out",
+        "location",
+        "models",
+        "next",
+        "not_testable",
+        "overlap",
+        "parity",
+        "quick",
+        "schema",
+        "seconds",
+        "shrinkage",
+        "something_else_evidence",
+        "tests",
+        "verdict",
+        "warnings",
+    ];
+    assert_eq!(keys, expected);
+    let names =
+        [Kind::NoGap, Kind::Effect, Kind::Group, Kind::Pair].map(|k| serde_json::to_value(k).unwrap());
+    assert_eq!(names, ["no gap", "effect", "group", "pair"]);
+    assert_eq!(serde_json::from_value::<Diagnosis>(json).unwrap(), diagnosis);
+    assert!(super::page::page(&diagnosis).contains("</html>"));
+}

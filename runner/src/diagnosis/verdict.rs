@@ -1,0 +1,109 @@
+//! From significance and evidence to an answer.
+//!
+//! The gate comes first: unless the largest score of all passes what noise alone gives, there is no gap, whatever the
+//! evidence says. Then models compete: every single effect, the refitted pairs, and something else. An effect that
+//! leaves a significant rest is no answer unless the rest is a small part of the gap.
+
+use super::confirming::Refit;
+use super::result::Kind;
+
+/// Family-wise probability below which there is a gap.
+pub const SIGNIFICANT: f64 = 0.05;
+/// Twice the log evidence by which a model must lead for the others to be left out of the answer.
+pub const DECISIVE: f64 = 6.0;
+/// A rest of the gap below this part, in units of the noise, is a matter of the effect's form.
+const REST: f64 = 0.35;
+/// Probability under noise below which a refit is not adequate.
+const INADEQUATE: f64 = 0.01;
+/// Prior odds of a pair, and of something outside the catalogue, against a single effect, as twice their logarithm.
+const PAIR_PENALTY: f64 = 4.0;
+const ELSE_PENALTY: f64 = 4.0;
+
+/// What is weighed.
+pub struct Evidence<'a> {
+    /// Family-wise probability of the largest score under noise.
+    pub probability: f64,
+    /// Refitted models.
+    pub refits: &'a [Refit],
+    /// Twice the log evidence of a smooth error against the plain model.
+    pub something_else: f64,
+    /// Squared size of the smooth gap of the plain model, in units of the noise.
+    pub gap: f64,
+    /// Whether two candidates look alike.
+    pub alike: &'a dyn Fn(usize, usize) -> bool,
+    /// Whether the held-out data accept a model; `None` where they cannot tell.
+    pub accepted: &'a dyn Fn(&Refit) -> Option<bool>,
+}
+
+/// Kind of answer, candidates, confidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decision {
+    /// Kind.
+    pub kind: Kind,
+    /// Candidates: best first.
+    pub members: Vec<usize>,
+    /// Index of the refit that the answer rests on.
+    pub refit: Option<usize>,
+    /// Probability that it is right.
+    pub confidence: f64,
+    /// Posterior probability of each refit, then of something else.
+    pub probabilities: Vec<f64>,
+}
+
+/// Twice the log of a refit's evidence times its prior odds; what its rest still offers to something else is added, as
+/// a model with both, at the price of something else.
+fn weight(refit: &Refit) -> f64 {
+    let both = if refit.members.len() > 1 { PAIR_PENALTY } else { 0.0 };
+    let with_rest = refit.remainder.evidence - ELSE_PENALTY;
+    refit.evidence - both + with_rest.max(0.0)
+}
+
+/// Decides.
+pub fn decide(e: &Evidence) -> Decision {
+    let mut weights: Vec<f64> = e.refits.iter().map(weight).collect();
+    weights.push(e.something_else - ELSE_PENALTY);
+    let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let shares: Vec<f64> = weights.iter().map(|w| (0.5 * (w - top)).exp()).collect();
+    let sum: f64 = shares.iter().sum();
+    let probabilities: Vec<f64> = shares.iter().map(|s| s / sum).collect();
+    let decision = |kind, members, refit, confidence: f64| Decision {
+        kind,
+        members,
+        refit,
+        confidence: confidence.clamp(0.01, 0.99),
+        probabilities: probabilities.clone(),
+    };
+    if e.probability > SIGNIFICANT {
+        // Half of all cases have no gap before anything is measured; noise passes this p in this part of them.
+        return decision(Kind::NoGap, vec![], None, 0.5 + 0.5 * e.probability.sqrt());
+    }
+    let explains = |r: &Refit| {
+        (r.adequacy > INADEQUATE || r.remainder.explained < REST * REST * e.gap)
+            && (e.accepted)(r) != Some(false)
+    };
+    let mut order: Vec<usize> = (0..e.refits.len()).collect();
+    order.sort_by(|a, b| weights[*b].total_cmp(&weights[*a]));
+    let elsewhere = weights[e.refits.len()];
+    let best = order.iter().copied().find(|&k| explains(&e.refits[k]) && weights[k] > elsewhere);
+    let Some(best) = best else {
+        let explained: f64 =
+            order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();
+        return decision(Kind::NoneOfThese, vec![], None, (1.0 - explained) * (1.0 - e.probability));
+    };
+    let refit = &e.refits[best];
+    if refit.members.len() > 1 {
+        return decision(Kind::Pair, refit.members.clone(), Some(best), probabilities[best]);
+    }
+    let leader = refit.members[0];
+    let rival = |k: &usize| {
+        let r = &e.refits[*k];
+        let near = weights[best] - weights[*k] < DECISIVE;
+        r.members.len() == 1 && *k != best && near && (explains(r) || (e.alike)(leader, r.members[0]))
+    };
+    let rivals: Vec<usize> = order.iter().copied().filter(rival).collect();
+    let confidence: f64 = probabilities[best] + rivals.iter().map(|&k| probabilities[k]).sum::<f64>();
+    let members: Vec<usize> =
+        std::iter::once(leader).chain(rivals.iter().map(|&k| e.refits[k].members[0])).collect();
+    let kind = if members.len() > 1 { Kind::Group } else { Kind::Effect };
+    decision(kind, members, Some(best), confidence * (1.0 - e.probability))
+}

@@ -1,0 +1,148 @@
+//! The answer in plain words.
+
+use super::effect::Candidate;
+use super::result::{Diagnosis, EffectSummary, Kind};
+use crate::fit::wording::list;
+use std::fmt::Write as _;
+
+/// First line of everything that is printed.
+pub fn headline(d: &Diagnosis) -> String {
+    let percent = format!("{:.0} %", 100.0 * d.verdict.confidence);
+    let title = |name: &String| {
+        let known = d.effects.iter().find(|e| e.name == *name);
+        known.map_or_else(
+            || name.clone(),
+            |e| if e.name.contains(" against ") { e.name.clone() } else { e.title.clone() },
+        )
+    };
+    let titles: Vec<String> = d.verdict.effects.iter().map(title).collect();
+    let names: Vec<&str> = titles.iter().map(String::as_str).collect();
+    match d.verdict.kind {
+        Kind::NoGap => format!("No gap: model and data agree within the noise (confidence {percent})."),
+        Kind::Effect => {
+            format!("Effect: {} explains the gap (confidence {percent}){}.", titles[0], removed(d))
+        }
+        Kind::Group => format!(
+            "Group: one of {} explains the gap; these data cannot tell which (confidence {percent}){}.",
+            list(&names),
+            removed(d)
+        ),
+        Kind::Pair => {
+            format!("Pair: {} together explain the gap (confidence {percent}){}.", list(&names), removed(d))
+        }
+        Kind::NoneOfThese => format!(
+            "None of these: there is a gap, and no effect of the catalogue explains it (confidence {percent})."
+        ),
+    }
+}
+
+fn removed(d: &Diagnosis) -> String {
+    let Some(s) = &d.shrinkage else { return String::new() };
+    let Some(value) = s.value else { return String::new() };
+    let interval =
+        s.interval.map_or(String::new(), |(low, high)| format!(" [{:.0}, {:.0}]", 100.0 * low, 100.0 * high));
+    format!(
+        "; it removes {:.0} %{interval} of the gap of {:.3} mN in data not fitted",
+        100.0 * value,
+        s.before_mn
+    )
+}
+
+/// What would tell an effect from its rivals.
+pub fn next(candidate: &Candidate) -> String {
+    format!("{}: {}", candidate.name, candidate.effect.reveals)
+}
+
+/// Why an effect cannot be tested.
+pub fn too_weak(e: &EffectSummary, threshold: f64) -> String {
+    format!(
+        "at its plausible scale its score would be {:.1} where {threshold:.1} is needed: a refit of the parameters \
+         hides {:.0} % of it",
+        e.power,
+        100.0 * e.absorbed
+    )
+}
+
+/// The table on the terminal.
+pub fn table(d: &Diagnosis) -> String {
+    let mut text = format!("{}\n\n", d.verdict.text);
+    for w in &d.warnings {
+        let _ = writeln!(text, "mind: {w}");
+    }
+    let _ = writeln!(
+        text,
+        "\nwhere (largest scores; noise alone passes {:.1} in 1 of 20 cases; this largest one with probability {:.2}):",
+        d.location.threshold, d.location.probability
+    );
+    let mut spots: Vec<_> = d.location.spots.iter().collect();
+    spots.sort_by(|a, b| b.score.abs().total_cmp(&a.score.abs()));
+    for s in spots.iter().take(8) {
+        let place = match (s.phase, s.time_s) {
+            (Some(phase), _) => format!("cycle {}, {}, {}", s.cycle.unwrap_or(1), phase.name(), s.pattern),
+            (None, Some(time_s)) => format!("holds, relaxation at {time_s} s"),
+            (None, None) => s.pattern.clone(),
+        };
+        let _ = writeln!(text, "  {:6} {place:38} {:7.1}   {:8.3} mN", s.test, s.score, s.mean_mn);
+    }
+    let _ = writeln!(
+        text,
+        "\nwhich:  {:42} {:>7} {:>16} {:>8} {:>8} {:>7} {:>7} {:>9}",
+        "effect", "score", "magnitude", "gain", "refit", "hidden", "power", "evidence"
+    );
+    for e in &d.effects {
+        let refit = e.actual_gain.map_or_else(|| "-".to_owned(), |g| format!("{g:.1}"));
+        let magnitude = format!("{:.2} +- {:.2}", e.magnitude, e.magnitude_sigma.min(999.0));
+        let _ = writeln!(
+            text,
+            "        {:42} {:7.1} {magnitude:>16} {:8.1} {refit:>8} {:6.0}% {:7.1} {:9.1}{}",
+            e.name,
+            e.score,
+            e.predicted_gain,
+            100.0 * e.absorbed,
+            e.power,
+            e.evidence,
+            if e.testable { "" } else { "  not testable" }
+        );
+    }
+    if !d.models.is_empty() {
+        let _ = writeln!(
+            text,
+            "\nrefits: {:42} {:>9} {:>9} {:>8} {:>9}",
+            "model", "chi^2", "evidence", "fits", "share"
+        );
+        let _ = writeln!(
+            text,
+            "        {:42} {:9.1} {:9.1} {:8.3}",
+            "plain model", d.baseline.chi_square, 0.0, d.baseline.adequacy
+        );
+        for m in &d.models {
+            let _ = writeln!(
+                text,
+                "        {:42} {:9.1} {:9.1} {:8.3} {:8.1}%",
+                m.effects.join(" + "),
+                m.chi_square,
+                m.evidence,
+                m.adequacy,
+                100.0 * m.probability
+            );
+        }
+        let _ = writeln!(text, "        {:42} {:>9} {:9.1}", "something else", "", d.something_else_evidence);
+    }
+    for h in &d.held_out {
+        let told = if h.informative { "" } else { " (the fitted part does not determine it)" };
+        let _ = writeln!(text, "\nheld out: {}: log score {:+.1}{told}", h.split, 0.5 * h.score);
+        for p in &h.parts {
+            let went =
+                p.shrinkage.map_or_else(|| "undefined".to_owned(), |s| format!("{:.0} % gone", 100.0 * s));
+            let _ = writeln!(text, "  {:12} {:.3} -> {:.3} mN, {went}", p.part, p.before_mn, p.after_mn);
+        }
+    }
+    if !d.next.is_empty() {
+        let _ = writeln!(text, "\nwhat to measure next:");
+        for n in &d.next {
+            let _ = writeln!(text, "  {n}");
+        }
+    }
+    let _ = write!(text, "\n{:.0} s", d.seconds);
+    text
+}
