@@ -6,8 +6,8 @@ use super::problem::{EffectProblem, Setup, is_continuous};
 use super::screening::{Linearised, normal_cdf};
 use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{
-    EvaluationFailure, FitError, IterationRecord, MultiStartOptions, Options, Prior, Problem, Solution,
-    Whitened,
+    EvaluationFailure, FitError, IterationRecord, MultiStartOptions, Options, Prior, Problem, SharedErrors,
+    Solution, Whitening,
 };
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
@@ -28,12 +28,16 @@ pub struct Fit {
     pub parameters: usize,
     /// Knowledge of parameters and magnitudes before.
     pub prior: Prior,
+    /// Of the measured force minus this model's.
+    pub covariance: Covariance,
 }
 
 /// Width of a parameter's bounds in deviations of its prior: the bounds are where nobody expects it.
 const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
 /// With some hundred points, an iteration that lowers chi^2 by this part changes it by a tenth or so.
 pub const FINAL: f64 = 3e-4;
+/// An iteration that lowers chi^2 by a smaller part ends a first fit.
+pub const ROUGH: f64 = 3e-2;
 /// Relative accuracy of the Jacobian.
 const JACOBIAN_ACCURACY: f64 = 1e-6;
 
@@ -43,6 +47,9 @@ pub enum FitFailure {
     /// No start, or bounds that cannot be used.
     #[error(transparent)]
     Fit(#[from] FitError),
+    /// Nowhere to begin.
+    #[error("a fit needs at least one start")]
+    NoStart,
     /// The model failed, or the user asked to stop.
     #[error(transparent)]
     Evaluation(#[from] EvaluationFailure),
@@ -51,10 +58,10 @@ pub enum FitFailure {
 /// How a fit is made.
 #[derive(Debug, Clone)]
 pub struct FitPlan {
-    /// Start of parameters and magnitudes.
-    pub start: Vec<f64>,
-    /// Starts in all.
-    pub starts: usize,
+    /// Starts of parameters and magnitudes; the best of their rough fits is carried on.
+    pub starts: Vec<Vec<f64>>,
+    /// Further starts, drawn within the bounds.
+    pub drawn: usize,
     /// Largest number of evaluations per start.
     pub evaluations: usize,
     /// An iteration that lowers chi^2 by a smaller part ends the fit.
@@ -83,30 +90,75 @@ pub fn fit(
     let bounds = inner.bounds()?;
     let free = active.iter().filter(|c| is_continuous(c));
     let prior = free.fold(parameter_prior(setup), |prior, _| prior.with(0.0, PRIOR_DEVIATION));
-    let mut problem = Whitened::new(inner, covariance, prior.clone());
-    let options = Options {
-        max_evaluations: plan.evaluations,
-        chi_square_tolerance: plan.tolerance,
-        ..Options::for_log_parameters(JACOBIAN_ACCURACY)
-    };
-    let many = MultiStartOptions { starts: plan.starts, refined: plan.starts, seed: 1 };
+    let measured = DVector::from_vec(setup.measured_mn());
+    let mut problem = SharedErrors::new(inner, covariance, measured.clone(), prior.clone());
     let mut watch = |_: usize, record: &IterationRecord| {
         observe(record);
         if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let found = minimise_from_many(&mut problem, &plan.start, &bounds, &options, &many, &mut watch)?;
-    if setup.engine.is_stopped() {
-        return Err(EvaluationFailure::Interrupted.into());
+    let mut minimise = |start: &[f64], tolerance: f64, drawn: usize| {
+        let options = Options {
+            max_evaluations: plan.evaluations,
+            chi_square_tolerance: tolerance,
+            ..Options::for_log_parameters(JACOBIAN_ACCURACY)
+        };
+        let many = MultiStartOptions { starts: 1 + drawn, refined: 1 + drawn, seed: 1 };
+        let found = minimise_from_many(&mut problem, start, &bounds, &options, &many, &mut watch);
+        if setup.engine.is_stopped() {
+            return Err(FitFailure::from(EvaluationFailure::Interrupted));
+        }
+        Ok(found?.best)
+    };
+    let mut solution: Option<Solution> = None;
+    let mut failure = None;
+    for start in &plan.starts {
+        let tolerance = if plan.starts.len() > 1 { ROUGH.max(plan.tolerance) } else { plan.tolerance };
+        match minimise(start, tolerance, plan.drawn) {
+            Ok(found) if solution.as_ref().is_none_or(|s| found.chi_square < s.chi_square) => {
+                solution = Some(found);
+            }
+            Ok(_) => {}
+            Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
+                return Err(EvaluationFailure::Interrupted.into());
+            }
+            Err(error) => failure = Some(error),
+        }
     }
-    let solution = found.best;
-    let gap = -DVector::from_vec(solution.residual.clone());
-    let linear = Linearised::new(solution.jacobian.clone(), &gap);
+    let mut solution = match (solution, failure) {
+        (Some(solution), _) => solution,
+        (None, Some(failure)) => return Err(failure),
+        (None, None) => return Err(FitFailure::NoStart),
+    };
+    if plan.starts.len() > 1 && plan.tolerance < ROUGH {
+        solution = minimise(&solution.x, plan.tolerance, 0)?;
+    }
     // All of its runs are in the cache.
     let mut inner = EffectProblem::new(setup, active);
     let difference_mn = inner.residual(&solution.x)?;
     let jacobian_mn = inner.jacobian(&solution.x, &difference_mn)?;
     let gap_mn = -DVector::from_vec(difference_mn);
-    Ok(Fit { solution, linear, gap_mn, jacobian_mn, parameters: setup.parameters.free().len(), prior })
+    let covariance = covariance.at(&(measured - &gap_mn));
+    let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &prior, &solution.x);
+    let parameters = setup.parameters.free().len();
+    Ok(Fit { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance })
+}
+
+/// The whitened design with the prior's rows last, and what it leaves of the gap.
+fn linearised(
+    jacobian_mn: &DMatrix<f64>,
+    gap_mn: &DVector<f64>,
+    covariance: &Covariance,
+    prior: &Prior,
+    x: &[f64],
+) -> Linearised {
+    let (data, n) = jacobian_mn.shape();
+    let mut design = covariance.apply_columns(jacobian_mn).resize_vertically(data + n, 0.0);
+    let mut residual = covariance.apply(gap_mn).resize_vertically(data + n, 0.0);
+    for (j, (left, deviation)) in prior.residual(x).iter().zip(&prior.deviation).enumerate() {
+        design[(data + j, j)] = 1.0 / deviation;
+        residual[data + j] = -left;
+    }
+    Linearised::new(design, &residual)
 }
 
 impl Fit {
@@ -131,7 +183,7 @@ impl Fit {
 
     /// Twice the log evidence (Laplace), up to what all models of these data share.
     ///
-    /// `-chi^2 - ln det(W'W) - sum ln(prior variance)`; a positive effect's prior is a half normal.
+    /// `-chi^2 - ln det Sigma - ln det(W'W) - sum ln(prior variance)`; a positive effect's prior is a half normal.
     pub fn evidence(&self, active: &[&Candidate]) -> f64 {
         let variances: f64 = self.prior.deviation.iter().map(|s| 2.0 * s.ln()).sum();
         let free = active.iter().filter(|c| is_continuous(c));
@@ -141,6 +193,10 @@ impl Fit {
             Sign::Positive | Sign::Switch => 2.0 * (2.0 * normal_cdf(m / s)).ln(),
         };
         let sides: f64 = sides.map(one_sided).sum();
-        -self.solution.chi_square - self.linear.log_curvature() - variances + sides
+        -self.solution.chi_square
+            - self.covariance.log_determinant()
+            - self.linear.log_curvature()
+            - variances
+            + sides
     }
 }

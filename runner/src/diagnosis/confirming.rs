@@ -40,27 +40,29 @@ pub fn refit(
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
     let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
-    let mut start = plain.x().to_vec();
+    // What the plain model made of its parameters to imitate the effect may be far from what they are with it.
+    let mut starts = vec![plain.x().to_vec(), setup.parameters.start().to_vec()];
     for ((_, magnitude), candidate) in members.iter().zip(&active) {
         if is_continuous(candidate) {
             let (low, high) = candidate.range();
             // Inside the range: the optimiser cannot leave a bound on which it starts.
-            start.push(magnitude.clamp(low + 0.02, high - 0.02));
+            let inside = magnitude.clamp(low + 0.02, high - 0.02);
+            starts.iter_mut().for_each(|start| start.push(inside));
         }
     }
-    let plan = FitPlan { start, starts: 1, evaluations, tolerance: FINAL };
+    let plan = FitPlan { starts, drawn: 0, evaluations, tolerance: FINAL };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let evidence = found.evidence(&active) - plain.evidence(&[]);
     let gain = plain.solution.chi_square - found.solution.chi_square;
-    let remainder = something_else(setup.observations, &found.linear, covariance);
-    let adequacy = adequacy(setup, &found, covariance);
+    let remainder = something_else(setup.observations, &found.linear, &found.covariance);
+    let adequacy = adequacy(setup, &found);
     let members = members.iter().map(|(k, _)| *k).collect();
     Ok(Refit { members, fit: found, evidence, gain, remainder, adequacy })
 }
 
 /// Family-wise probability of the worst misfit of any phase or time scale under noise.
-pub fn adequacy(setup: Setup, fit: &Fit, covariance: &Covariance) -> f64 {
-    let spots = spots(setup.observations, &fit.linear, covariance);
+pub fn adequacy(setup: Setup, fit: &Fit) -> f64 {
+    let spots = spots(setup.observations, &fit.linear, &fit.covariance);
     let signatures: Vec<_> = spots.iter().map(|s| &s.signature).collect();
     let worst = signatures.iter().map(|s| s.score(&fit.linear.residual).abs()).fold(0.0, f64::max);
     Family::new(&signatures, &vec![false; signatures.len()], 3).probability(worst)

@@ -1,6 +1,6 @@
 //! The nine steps, one after the other.
 
-use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
+use super::baseline::{FINAL, Fit, FitFailure, FitPlan, ROUGH, fit};
 use super::catalogue::effects;
 use super::confirming::{Refit, pair_evidence, refit};
 use super::covariance::{NoiseModel, noise_model, rough_covariance};
@@ -82,8 +82,6 @@ const QUICK_LEADERS: usize = 2;
 const PAIR_GAIN: f64 = 8.0;
 /// Starts of the plain fit beside the user's.
 const STARTS: usize = 3;
-/// An iteration that lowers chi^2 by a smaller part ends the first fit.
-const ROUGH: f64 = 3e-2;
 
 /// Makes the diagnosis; `say` hears what is being done.
 ///
@@ -100,7 +98,7 @@ pub fn diagnose(
     let observations = computable(engine, observations, parameters, sample_height_m)?;
     let setup = Setup { engine, observations: &observations, parameters };
     let (plain, noise) = baseline(setup, effort, say)?;
-    let covariance = &noise.covariance;
+    let covariance = &plain.covariance;
     let names: Vec<String> = observations.iter().map(|o| o.name().to_owned()).collect();
     let (effects, unknown) = effects(engine.wiring());
     let candidates = Candidate::of(&effects, &names);
@@ -122,7 +120,7 @@ pub fn diagnose(
     }
     let splits = splits(&observations);
     let alike = |a: usize, b: usize| alike(&screened, a, b);
-    let accepted = |r: &Refit| accepted(&plain, r, &noise, &splits);
+    let accepted = |r: &Refit| accepted(&plain, r, &splits);
     let decision = decide(&Evidence {
         probability,
         refits: &refits,
@@ -175,9 +173,9 @@ fn baseline(
     say: &mut dyn FnMut(String),
 ) -> Result<(Fit, NoiseModel), DiagnosisError> {
     let first = rough_covariance(setup.observations);
-    let starts = if effort.quick { 1 } else { 1 + STARTS };
-    let start = setup.parameters.start().to_vec();
-    let plan = FitPlan { start, starts, evaluations: effort.evaluations, tolerance: ROUGH };
+    let drawn = if effort.quick { 0 } else { STARTS };
+    let starts = vec![setup.parameters.start().to_vec()];
+    let plan = FitPlan { starts, drawn, evaluations: effort.evaluations, tolerance: ROUGH };
     let mut watch = |r: &crate::fit::IterationRecord| {
         say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
     };
@@ -185,8 +183,8 @@ fn baseline(
     let reference: Vec<f64> =
         setup.measured_mn().iter().zip(rough.gap_mn.iter()).map(|(m, gap)| m - gap).collect();
     let noise = noise_model(setup.observations, &reference, refined(setup, rough.x())?);
-    let plan =
-        FitPlan { start: rough.x().to_vec(), starts: 1, evaluations: effort.evaluations, tolerance: FINAL };
+    let starts = vec![rough.x().to_vec()];
+    let plan = FitPlan { starts, drawn: 0, evaluations: effort.evaluations, tolerance: FINAL };
     let plain = fit(setup, &[], &noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)?;
     Ok((plain, noise))
 }
@@ -295,8 +293,8 @@ fn confirm(
 }
 
 /// Whether held-out data accept a model: the sum over the splits that determine it.
-fn accepted(plain: &Fit, refit: &Refit, noise: &NoiseModel, splits: &[Split]) -> Option<bool> {
-    let comparisons = splits.iter().filter_map(|s| Comparison::new(plain, &refit.fit, &noise.covariance, s));
+fn accepted(plain: &Fit, refit: &Refit, splits: &[Split]) -> Option<bool> {
+    let comparisons = splits.iter().filter_map(|s| Comparison::new(plain, &refit.fit, s));
     let scores: Vec<f64> = comparisons.filter(|c| c.informative).map(|c| c.score).collect();
     (!scores.is_empty()).then(|| scores.iter().sum::<f64>() > 0.0)
 }

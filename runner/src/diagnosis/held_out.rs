@@ -5,7 +5,6 @@
 //! others is then algebra, and errors common to both are carried over as they are.
 
 use super::baseline::Fit;
-use super::covariance::Covariance;
 use super::observation::Observation;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -62,7 +61,8 @@ pub struct Predictor {
 
 impl Predictor {
     /// Of a fit; `None` where the normal equations cannot be solved.
-    pub fn new(fit: &Fit, covariance: &Covariance, split: &Split) -> Option<Self> {
+    pub fn new(fit: &Fit, split: &Split) -> Option<Self> {
+        let covariance = &fit.covariance;
         let (n, variables) = fit.jacobian_mn.shape();
         let common = covariance.common_columns();
         let mut all = DMatrix::zeros(n, variables + common.ncols());

@@ -2,7 +2,6 @@
 //! bootstrap of the linearised models.
 
 use super::baseline::Fit;
-use super::covariance::Covariance;
 use super::held_out::{Predictor, Split, gap_mn};
 use crate::data::random::Random;
 use nalgebra::DVector;
@@ -44,9 +43,10 @@ const LEARNED: f64 = 0.5;
 
 impl Comparison {
     /// `None` where a model cannot be fitted to the split.
-    pub fn new(plain: &Fit, extended: &Fit, covariance: &Covariance, split: &Split) -> Option<Self> {
-        let (p, e) =
-            (Predictor::new(plain, covariance, split)?, Predictor::new(extended, covariance, split)?);
+    pub fn new(plain: &Fit, extended: &Fit, split: &Split) -> Option<Self> {
+        let (p, e) = (Predictor::new(plain, split)?, Predictor::new(extended, split)?);
+        // Noise of the bootstrap: that of the model taken to be true.
+        let covariance = &extended.covariance;
         let scores = [(&p, plain), (&e, extended)].map(|(m, f)| m.log_score(&m.error_mn(&f.gap_mn)));
         let informative = e.left[extended.parameters..].iter().all(|left| *left < LEARNED);
         Some(Self {

@@ -129,11 +129,7 @@ fn plain(f: &Findings, about: &About) -> ModelSummary {
         evidence: 0.0,
         probability: f64::from(u8::from(f.decision.kind == Kind::NoGap)) * f.decision.confidence,
         magnitudes: vec![],
-        adequacy: adequacy(
-            Setup { observations: &f.observations, ..about.setup },
-            &f.plain,
-            &f.noise.covariance,
-        ),
+        adequacy: adequacy(Setup { observations: &f.observations, ..about.setup }, &f.plain),
         parameters: parameters(about, f.plain.x()),
         rms_mn: rms(f.plain.gap_mn.iter().copied()),
     }
@@ -250,7 +246,7 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let mut all = Vec::new();
     let mut total: Option<ShrinkageSummary> = None;
     for split in &f.splits {
-        let Some(c) = Comparison::new(&f.plain, &refit.fit, &f.noise.covariance, split) else { continue };
+        let Some(c) = Comparison::new(&f.plain, &refit.fit, split) else { continue };
         let mut parts = Vec::new();
         for phase in std::iter::once(None).chain(Phase::ALL.map(Some)) {
             let points = part(f, &split.predicted, phase);
@@ -300,7 +296,7 @@ fn warnings(f: &Findings) -> Vec<String> {
 }
 
 fn curves(f: &Findings) -> Vec<CurvePair> {
-    let sigma = f.noise.covariance.total_mn();
+    let sigma = f.plain.covariance.total_mn();
     let after = f.decision.refit.map(|k| &f.refits[k].fit.gap_mn);
     let mut before = 0;
     let mut all = Vec::new();

@@ -4,7 +4,7 @@
 //! the thin decomposition `V = Q diag(s) Z'` the symmetric inverse root is
 //! `L^-1 = (1 + Q diag(1 / sqrt(1 + s^2) - 1) Q') S^-1`: cost linear in the number of points.
 
-use crate::fit::Whitening;
+use crate::fit::{SharedNoise, Whitening};
 use nalgebra::{DMatrix, DVector};
 
 /// An error that many points share: its value at each point when it is one standard deviation large (mN).
@@ -14,6 +14,8 @@ pub struct Common {
     pub name: String,
     /// Shape (mN).
     pub shape_mn: DVector<f64>,
+    /// Whether it is a part of the computed force at each point.
+    pub relative: bool,
 }
 
 /// Covariance of the measured force minus the model's (mN^2).
@@ -21,27 +23,66 @@ pub struct Common {
 pub struct Covariance {
     white_mn: DVector<f64>,
     common: Vec<Common>,
+    /// The computed force that relative errors are given for (mN); empty where none is.
+    reference_mn: DVector<f64>,
     q: DMatrix<f64>,
     /// `1 / sqrt(1 + s^2) - 1`.
     change: DVector<f64>,
     log_determinant: f64,
 }
 
+/// Squared singular values below this part of the largest are rounding.
+const ROUNDING: f64 = 1e-13;
+/// Force below which there is none, over the largest.
+const NO_FORCE: f64 = 1e-3;
+
 impl Covariance {
     /// From the white deviation of each point (mN), positive, and the common errors.
     pub fn new(white_mn: DVector<f64>, common: Vec<Common>) -> Self {
         let n = white_mn.len();
         let log_white = 2.0 * white_mn.iter().map(|s| s.ln()).sum::<f64>();
+        let reference_mn = DVector::zeros(0);
         if common.is_empty() {
             let (q, change) = (DMatrix::zeros(n, 0), DVector::zeros(0));
-            return Self { white_mn, common, q, change, log_determinant: log_white };
+            return Self { white_mn, common, reference_mn, q, change, log_determinant: log_white };
         }
         let columns: Vec<DVector<f64>> = common.iter().map(|c| c.shape_mn.component_div(&white_mn)).collect();
-        let svd = DMatrix::from_columns(&columns).svd(true, false);
-        let Some(q) = svd.u else { unreachable!("it was asked for") };
-        let change = svd.singular_values.map(|s| 1.0 / (1.0 + s * s).sqrt() - 1.0);
-        let more: f64 = svd.singular_values.iter().map(|s| (s * s).ln_1p()).sum();
-        Self { white_mn, common, q, change, log_determinant: log_white + more }
+        let v = DMatrix::from_columns(&columns);
+        let eigen = v.tr_mul(&v).symmetric_eigen();
+        let least = ROUNDING * eigen.eigenvalues.amax();
+        let kept: Vec<usize> =
+            (0..eigen.eigenvalues.len()).filter(|&k| eigen.eigenvalues[k] > least).collect();
+        let squares = eigen.eigenvalues.select_rows(&kept);
+        let mut q = &v * eigen.eigenvectors.select_columns(&kept);
+        q.column_iter_mut().zip(squares.iter()).for_each(|(mut c, s2)| c /= s2.sqrt());
+        let change = squares.map(|s2| 1.0 / (1.0 + s2).sqrt() - 1.0);
+        let more: f64 = squares.map(f64::ln_1p).sum();
+        Self { white_mn, common, reference_mn, q, change, log_determinant: log_white + more }
+    }
+
+    /// The same, whose relative errors are those at this computed force (mN).
+    #[must_use]
+    pub fn relative_to(mut self, force_mn: DVector<f64>) -> Self {
+        self.reference_mn = force_mn;
+        self
+    }
+
+    /// Of a model that computes this force (mN): relative errors are as much larger at each point as it is.
+    #[must_use]
+    pub fn at(&self, force_mn: &DVector<f64>) -> Self {
+        let moved = |c: &Common| match self.part(c) {
+            Some(part) => Common { shape_mn: part.component_mul(force_mn), ..c.clone() },
+            None => c.clone(),
+        };
+        let common = self.common.iter().map(moved).collect();
+        Self::new(self.white_mn.clone(), common).relative_to(force_mn.clone())
+    }
+
+    /// A relative error over the force; next to no force there is next to no error.
+    fn part(&self, common: &Common) -> Option<DVector<f64>> {
+        let least = NO_FORCE * self.reference_mn.amax();
+        let over = |shape: f64, f: f64| shape * f / (f * f + least * least);
+        (common.relative && least > 0.0).then(|| common.shape_mn.zip_map(&self.reference_mn, over))
     }
 
     /// Number of points.
@@ -86,12 +127,31 @@ impl Covariance {
         };
         DVector::from_fn(self.len(), |i, _| at(i))
     }
+}
 
-    /// The same with further common errors.
-    #[must_use]
-    pub fn with(&self, more: Vec<Common>) -> Self {
-        let common = self.common.iter().cloned().chain(more).collect();
-        Self::new(self.white_mn.clone(), common)
+impl SharedNoise for Covariance {
+    fn white(&self) -> &DVector<f64> {
+        &self.white_mn
+    }
+
+    fn shared(&self, computed: &DVector<f64>) -> DMatrix<f64> {
+        let mut columns = self.common_columns();
+        for (mut column, common) in columns.column_iter_mut().zip(&self.common) {
+            if let Some(part) = self.part(common) {
+                column.copy_from(&part.component_mul(computed));
+            }
+        }
+        columns
+    }
+
+    fn growth(&self, change: &DVector<f64>, heights: &DVector<f64>) -> DVector<f64> {
+        let mut sum = DVector::zeros(self.len());
+        for (common, height) in self.common.iter().zip(heights.iter()) {
+            if let Some(part) = self.part(common) {
+                sum.axpy(*height, &part, 1.0);
+            }
+        }
+        sum.component_mul(change)
     }
 }
 
@@ -110,7 +170,8 @@ mod tests {
     #[test]
     fn whitening_turns_the_covariance_into_the_unit_matrix() {
         let white = DVector::from_vec(vec![0.5, 1.0, 2.0, 0.7]);
-        let shape = |v: [f64; 4]| Common { name: "c".into(), shape_mn: DVector::from_row_slice(&v) };
+        let shape =
+            |v: [f64; 4]| Common { name: "c".into(), shape_mn: DVector::from_row_slice(&v), relative: false };
         // The third is a multiple of the first: the shapes need not be independent.
         let common =
             vec![shape([1.0, 2.0, 3.0, 4.0]), shape([0.0, 1.0, -1.0, 0.5]), shape([2.0, 4.0, 6.0, 8.0])];

@@ -34,9 +34,9 @@ pub struct NoiseModel {
 /// From the specimens of each test; `reference_mn` is the force that relative errors are relative to, test by test;
 /// `refined` are differences of the model's force between its mesh and time steps and finer ones (mN).
 ///
-/// The reference must be a computed force. Errors in proportion to the measured one would let a fit shrink its own
-/// misfit: with an error of shape `h f` and `u` of it, `f - u h f - c g = c (f - g)` for `c = 1 - u h`, so a model of
-/// half the height misses by half (Peelle's puzzle).
+/// The reference must be a computed force, and errors in proportion to it grow with what a fit computes
+/// ([`Covariance::at`]). Otherwise a fit could shrink its own misfit: with an error of shape `h f` and `u` of it,
+/// `f - u h f - c g = c (f - g)` for `c = 1 - u h`, so a model of half the height misses by half (Peelle's puzzle).
 pub fn noise_model(observations: &[Observation], reference_mn: &[f64], refined: Vec<Common>) -> NoiseModel {
     let mut references = Vec::new();
     let mut rest = reference_mn;
@@ -60,7 +60,8 @@ pub fn noise_model(observations: &[Observation], reference_mn: &[f64], refined: 
         before += observation.len();
     }
     common.extend(heights(observations, &references, same));
-    let covariance = Covariance::new(DVector::from_vec(white), common);
+    let force = DVector::from_row_slice(reference_mn);
+    let covariance = Covariance::new(DVector::from_vec(white), common).relative_to(force);
     NoiseModel { covariance, tests, same_specimens: same }
 }
 
@@ -82,30 +83,31 @@ fn embed(common: Common, before: usize, total: usize) -> Common {
     Common { shape_mn, ..common }
 }
 
-/// What the mean of a few specimens leaves unknown of the height of their material's curve: one error for all
-/// tests where the specimens are the same, one for each test where they are not.
+/// What the mean of a few specimens leaves unknown of the heights of the tests against each other: where the
+/// specimens are different, each test's deviation from the mean of all.
+///
+/// The height that all tests share is the moduli's: a fit takes it up, so it is no error of the comparison.
 fn heights(observations: &[Observation], references: &[DVector<f64>], same: bool) -> Vec<Common> {
     let total: usize = observations.iter().map(Observation::len).sum();
-    let mut together = DVector::zeros(total);
-    let mut alone = Vec::new();
+    let known = |c: &Common| c.shape_mn.amax() > 0.0;
+    if same {
+        return between_tests(observations, references, total).into_iter().filter(known).collect();
+    }
+    let all = references.iter().flat_map(|f| f.iter().copied());
+    let mean = DVector::from_iterator(total, all) / observations.len() as f64;
     let mut before = 0;
+    let mut common = Vec::new();
     for (observation, force) in observations.iter().zip(references) {
         let n = observation.factors.len().max(1) as f64;
         let relative = observation.log_scatter().map_or(0.0, |s| s / n.sqrt());
-        let shape_mn = force * relative;
+        let mut shape_mn = -mean.clone();
+        let mut own = shape_mn.rows_mut(before, force.len());
+        own += force;
         let name = format!("height of the specimens of {}", observation.name());
-        together.rows_mut(before, shape_mn.len()).copy_from(&shape_mn);
-        alone.push(embed(Common { name, shape_mn }, before, total));
+        common.push(Common { name, shape_mn: shape_mn * relative, relative: true });
         before += observation.len();
     }
-    let known = |c: &Common| c.shape_mn.amax() > 0.0;
-    if same {
-        let all = Common { name: "height of the specimens".to_owned(), shape_mn: together };
-        let mut common = vec![all];
-        common.extend(between_tests(observations, references, total));
-        return common.into_iter().filter(known).collect();
-    }
-    alone.into_iter().filter(known).collect()
+    common.into_iter().filter(known).collect()
 }
 
 /// Specimens that were tested twice differ a little in how much: the scatter of the ratio of their factors.
@@ -118,7 +120,7 @@ fn between_tests(observations: &[Observation], references: &[DVector<f64>], tota
         let scatter = crate::data::measurement::standard_deviation(&ratios);
         let shape_mn = force * (scatter / (ratios.len() as f64).sqrt());
         let name = format!("height of {} against {} on the same specimens", other.name(), first.name());
-        common.push(embed(Common { name, shape_mn }, before, total));
+        common.push(embed(Common { name, shape_mn, relative: true }, before, total));
         before += other.len();
     }
     common

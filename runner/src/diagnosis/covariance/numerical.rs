@@ -38,6 +38,7 @@ pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Co
         hats(observation, cycle, PER_DECADE).into_iter().enumerate().map(move |(knot, hat)| Common {
             name: format!("simulation of {}, cycle {}, part {}", observation.name(), cycle + 1, knot + 1),
             shape_mn: hat.component_mul(force_mn) * RELATIVE,
+            relative: true,
         })
     };
     let all = (0..observation.cycles.len()).flat_map(of_cycle);
@@ -65,11 +66,11 @@ pub fn timing(observation: &Observation, force_mn: &DVector<f64>) -> Option<Comm
         if left * right <= 0.0 { 0.0 } else { left.signum() * left.abs().min(right.abs()) }
     };
     let shape_mn = DVector::from_fn(n, |i, _| sigma_s * slope(i));
-    Some(Common { name: format!("timing of {}", observation.name()), shape_mn })
+    Some(Common { name: format!("timing of {}", observation.name()), shape_mn, relative: true })
 }
 
 /// The difference that a refinement makes, as an error of that size. `None` where it makes none.
 pub fn refinement(name: &str, coarse_mn: &[f64], fine_mn: &[f64]) -> Option<Common> {
     let shape_mn = DVector::from_iterator(coarse_mn.len(), fine_mn.iter().zip(coarse_mn).map(|(f, c)| f - c));
-    (shape_mn.amax() > 0.0).then(|| Common { name: name.to_owned(), shape_mn })
+    (shape_mn.amax() > 0.0).then(|| Common { name: name.to_owned(), shape_mn, relative: true })
 }

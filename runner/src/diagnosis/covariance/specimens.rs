@@ -98,6 +98,7 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
             common.push(Common {
                 name: format!("shapes of the specimens of {}, part {}", observation.name(), j + 1),
                 shape_mn: q.column(j) * (beyond / n as f64).sqrt(),
+                relative: false,
             });
         }
     }
@@ -142,7 +143,7 @@ fn slow_noise(observation: &Observation, sigma_mn: f64, time_s: f64) -> Vec<Comm
     let hat = |k: i32| {
         let share = |t: f64| (1.0 - ((t - first) / width - f64::from(k)).abs()).max(0.0);
         let shape_mn = DVector::from_iterator(t.len(), t.iter().map(|&t| sigma_mn * share(t)));
-        Common { name: format!("slow noise of {}, part {k}", observation.name()), shape_mn }
+        Common { name: format!("slow noise of {}, part {k}", observation.name()), shape_mn, relative: false }
     };
     (0..=knots).map(hat).filter(|c| c.shape_mn.amax() > 0.0).collect()
 }
