@@ -10,6 +10,7 @@ use crate::diagnosis::diagnose::{DiagnosisError, Effort, diagnose};
 use crate::diagnosis::observation::observe;
 use crate::diagnosis::page::page;
 use crate::diagnosis::problem::Setup;
+use crate::diagnosis::result::Diagnosis;
 use crate::diagnosis::summary::{About, summary};
 use crate::diagnosis::wording::table;
 use crate::fit::{EvaluationFailure, FitError};
@@ -27,31 +28,48 @@ pub struct Arguments {
     /// Measurements, all explained together: CSV files with time_s,displacement_mm,force_mN; or a directory with
     /// one file per specimen of a test; or NAME=FILE,FILE,...
     #[arg(value_name = "MEASUREMENT", required = true)]
-    measurements: Vec<PathBuf>,
+    pub(super) measurements: Vec<PathBuf>,
     /// Screening, and a refit of the two leading effects only
     #[arg(long)]
-    quick: bool,
+    pub(super) quick: bool,
     /// Directory for diagnosis.json and diagnosis.html
     #[arg(long, short, value_name = "DIR", default_value = "diagnosis")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Where runs are kept [default: DIR/cache]
     #[arg(long, value_name = "DIR")]
-    cache: Option<PathBuf>,
+    pub(super) cache: Option<PathBuf>,
     /// Parameter not to fit, at this value or its default (repeatable)
     #[arg(long, value_name = "NAME[=VALUE[UNIT]]")]
-    fix: Vec<String>,
+    pub(super) fix: Vec<String>,
     /// Start of a fitted parameter, and centre of what is believed of it [default: Table 1's value] (repeatable)
     #[arg(long, value_name = "NAME=VALUE[UNIT]")]
-    start: Vec<String>,
+    pub(super) start: Vec<String>,
     /// Largest number of evaluations of each fit (those inside a Jacobian are not counted)
     #[arg(long, value_name = "N", default_value_t = 40)]
-    max_evaluations: usize,
+    pub(super) max_evaluations: usize,
     #[command(flatten)]
-    engine: EngineArguments,
+    pub(super) engine: EngineArguments,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+    let Some(diagnosis) = diagnosis_of(arguments, stop)? else { return Ok(Ending::Interrupted) };
+    say!("{}", table(&diagnosis));
+    let json = serde_json::to_string_pretty(&diagnosis)?;
+    write_file(&arguments.out.join("diagnosis.json"), json.as_bytes())?;
+    write_file(&arguments.out.join("diagnosis.html"), page(&diagnosis).as_bytes())?;
+    say!("wrote diagnosis.json and diagnosis.html to {}", arguments.out.display());
+    Ok(Ending::Complete)
+}
+
+/// The diagnosis that is asked for; `None` when the user stopped it.
+///
+/// # Errors
+/// When a file cannot be used, or the model fails.
+pub fn diagnosis_of(
+    arguments: &Arguments,
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<Diagnosis>, Box<dyn std::error::Error>> {
     let started = std::time::Instant::now();
     let read = |argument: &PathBuf| SpecimenFiles::of(argument)?.read(Wanted::MotionAndForce);
     let tests = arguments.measurements.iter().map(read).collect::<Result<Vec<Synchronised>, _>>()?;
@@ -78,7 +96,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let found = diagnose(&engine, observations, &parameters, height, effort, &mut say);
     progress.finish();
     let found = match found {
-        Err(error) if is_interruption(&error) => return Ok(Ending::Interrupted),
+        Err(error) if is_interruption(&error) => return Ok(None),
         other => other?,
     };
     let about = About {
@@ -88,13 +106,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         quick: arguments.quick,
         seconds: started.elapsed().as_secs_f64(),
     };
-    let diagnosis = summary(&found, &about);
-    say!("{}", table(&diagnosis));
-    let json = serde_json::to_string_pretty(&diagnosis)?;
-    write_file(&arguments.out.join("diagnosis.json"), json.as_bytes())?;
-    write_file(&arguments.out.join("diagnosis.html"), page(&diagnosis).as_bytes())?;
-    say!("wrote diagnosis.json and diagnosis.html to {}", arguments.out.display());
-    Ok(Ending::Complete)
+    Ok(Some(summary(&found, &about)))
 }
 
 /// Force that means contact (N): that of the paper.

@@ -9,6 +9,7 @@ macro_rules! say {
 }
 
 mod batch;
+mod challenge;
 mod diagnose;
 pub mod engine_args;
 mod identify;
@@ -56,6 +57,8 @@ enum Command {
     Identify(Box<identify::Arguments>),
     /// Tell which unmodelled effect explains the gap between the best fit and the measurements.
     Diagnose(Box<diagnose::Arguments>),
+    /// Check the diagnosis on cases whose cause it does not know: make them, answer them, score the answers.
+    Challenge(challenge::Arguments),
     /// Score given parameters against measurements, without fitting.
     Validate(validate::Arguments),
     /// Run many parameter sets in parallel.
@@ -85,6 +88,7 @@ pub fn main() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Identify(arguments) => identify::run(arguments, &stop),
         Command::Diagnose(arguments) => diagnose::run(arguments, &stop),
+        Command::Challenge(arguments) => challenge::run(arguments, &stop),
         Command::Validate(arguments) => validate::run(arguments, &stop),
         Command::Batch(arguments) => batch::run(arguments, &stop),
         Command::Report(arguments) => report::run(arguments),

@@ -144,7 +144,7 @@ pub fn fit(
 }
 
 /// The whitened design with the prior's rows last, and what it leaves of the gap.
-fn linearised(
+pub fn linearised(
     jacobian_mn: &DMatrix<f64>,
     gap_mn: &DVector<f64>,
     covariance: &Covariance,

@@ -94,6 +94,11 @@ impl Predictor {
         Some(Self { split: split.clone(), all, white_mn, weights, shift, inverse, deviation_mn, left })
     }
 
+    /// The predicted points.
+    pub fn points(&self) -> &[usize] {
+        &self.split.predicted
+    }
+
     /// Measured minus predicted (mN) at the predicted points, for `gap_mn` measured minus model at the optimum.
     pub fn error_mn(&self, gap_mn: &DVector<f64>) -> DVector<f64> {
         let (fitted, predicted) = (&self.split.fitted, &self.split.predicted);

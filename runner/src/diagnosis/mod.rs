@@ -29,6 +29,7 @@ pub mod refinement;
 pub mod result;
 pub mod screening;
 pub mod shrinkage;
+mod simple_rules;
 pub mod something_else;
 pub mod summary;
 #[cfg(test)]

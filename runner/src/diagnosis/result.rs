@@ -40,6 +40,8 @@ pub struct Diagnosis {
     pub shrinkage: Option<ShrinkageSummary>,
     /// Effects that these data cannot show, and why.
     pub not_testable: Vec<NotTestable>,
+    /// What simpler methods would answer, for comparison.
+    pub simple_rules: Vec<SimpleRule>,
     /// What would separate the surviving candidates.
     pub next: Vec<String>,
     /// Warnings.
@@ -191,6 +193,8 @@ pub struct SpotSummary {
 pub struct EffectSummary {
     /// Name.
     pub name: String,
+    /// Name of the effect in the catalogue that it is a variant of.
+    pub family: String,
     /// In words.
     pub title: String,
     /// Where it acts.
@@ -264,6 +268,34 @@ pub struct ShrinkageSummary {
     pub value: Option<f64>,
     /// 90 % interval.
     pub interval: Option<(f64, f64)>,
+    /// Predicted points among those of all tests, one test after the other.
+    pub points: Vec<usize>,
+    /// Predictions at these points without the effect (mN).
+    pub predicted_before_mn: Vec<f64>,
+    /// And with it (mN).
+    pub predicted_after_mn: Vec<f64>,
+}
+
+impl ShrinkageSummary {
+    /// Shrinkage of the distance from the force without noise (mN, all points of all tests), where it is known.
+    pub fn against(&self, truth_mn: &[f64]) -> Option<f64> {
+        let distance = |predicted: &[f64]| -> Option<f64> {
+            let square = |(&i, p): (&usize, &f64)| truth_mn.get(i).map(|t| (t - p).powi(2));
+            let sum: Option<f64> = self.points.iter().zip(predicted).map(square).sum();
+            Some(sum?.sqrt())
+        };
+        let before = distance(&self.predicted_before_mn)?;
+        (before > 0.0).then_some(1.0 - distance(&self.predicted_after_mn)? / before)
+    }
+}
+
+/// What a simple rule would answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SimpleRule {
+    /// Rule.
+    pub rule: String,
+    /// Effect of the catalogue; none for no gap.
+    pub effect: Option<String>,
 }
 
 /// An effect that these data cannot show.

@@ -61,6 +61,16 @@ impl Comparison {
         })
     }
 
+    /// Predictions (mN) at the split's points with or without the effect, from what was measured at all points (mN).
+    pub fn predicted_mn(&self, measured_mn: &[f64], with_effect: bool) -> Vec<f64> {
+        let (model, gap) = match with_effect {
+            true => (&self.extended, &self.extended_gap_mn),
+            false => (&self.plain, &self.plain_gap_mn),
+        };
+        let error = model.error_mn(gap);
+        model.points().iter().zip(error.iter()).map(|(&i, e)| measured_mn[i] - e).collect()
+    }
+
     fn gaps(&self, plain: &DVector<f64>, extended: &DVector<f64>, points: &[usize]) -> (f64, f64) {
         let gap = |m: &Predictor, gap: &DVector<f64>| gap_mn(&m.error_mn(gap), &m.deviation_mn, points);
         (gap(&self.plain, plain), gap(&self.extended, extended))

@@ -8,6 +8,7 @@ use super::problem::{Setup, is_continuous};
 use super::result::*;
 use super::screening::{CONFUSABLE, Screened};
 use super::shrinkage::Comparison;
+use super::simple_rules::simple_rules;
 use super::verdict::{DECISIVE, SIGNIFICANT};
 use super::wording;
 use crate::data::Phase;
@@ -56,6 +57,7 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
         held_out,
         shrinkage,
         not_testable,
+        simple_rules: simple_rules(&f.plain, &f.screened, &f.candidates, &f.spots),
         next: members.iter().map(|k| wording::next(&f.candidates[*k])).collect(),
         warnings: warnings(f),
         curves: curves(f),
@@ -196,6 +198,7 @@ fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
     let gain = f.refits.iter().find(|r| r.members == [s.candidate]).map(|r| r.gain);
     EffectSummary {
         name: candidate.name.clone(),
+        family: effect.family.clone(),
         title: effect.title.clone(),
         place: effect.place,
         sign: effect.sign,
@@ -245,6 +248,7 @@ fn part(f: &Findings, predicted: &[usize], phase: Option<Phase>) -> Vec<usize> {
 fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSummary>) {
     let mut all = Vec::new();
     let mut total: Option<ShrinkageSummary> = None;
+    let measured: Vec<f64> = f.observations.iter().flat_map(Observation::force_mn).collect();
     for split in &f.splits {
         let Some(c) = Comparison::new(&f.plain, &refit.fit, split) else { continue };
         let mut parts = Vec::new();
@@ -269,6 +273,9 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
                     after_mn: s.after_mn,
                     value: s.value,
                     interval: s.interval,
+                    points: split.predicted.clone(),
+                    predicted_before_mn: c.predicted_mn(&measured, false),
+                    predicted_after_mn: c.predicted_mn(&measured, true),
                 });
             }
         }

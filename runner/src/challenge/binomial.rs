@@ -1,0 +1,58 @@
+//! Exact intervals of a share (Clopper and Pearson).
+
+use serde::Serialize;
+use statrs::distribution::{Beta, ContinuousCDF};
+
+/// So many of so many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Share {
+    /// Those that are.
+    pub hits: u64,
+    /// All.
+    pub of: u64,
+}
+
+impl Share {
+    /// Counts one more.
+    pub fn count(&mut self, hit: bool) {
+        self.of += 1;
+        self.hits += u64::from(hit);
+    }
+
+    /// Of some answers.
+    pub fn of(answers: impl IntoIterator<Item = bool>) -> Self {
+        let mut share = Self::default();
+        answers.into_iter().for_each(|hit| share.count(hit));
+        share
+    }
+
+    /// The share; none of nothing.
+    pub fn value(self) -> Option<f64> {
+        (self.of > 0).then(|| self.hits as f64 / self.of as f64)
+    }
+
+    /// 95 % interval: both ends leave 2.5 %.
+    pub fn interval(self) -> (f64, f64) {
+        const TAIL: f64 = 0.025;
+        let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(p));
+        let (k, n) = (self.hits as f64, self.of as f64);
+        let low = if self.hits == 0 { 0.0 } else { quantile(k, n - k + 1.0, TAIL) };
+        let high = if self.hits == self.of { 1.0 } else { quantile(k + 1.0, n - k, 1.0 - TAIL) };
+        (low, high)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_are_the_tabulated_ones() {
+        // Clopper and Pearson (1934): 0 of 20 and 5 of 20, and the closed form 1 - 0.025^(1/n) for none.
+        let (low, high) = Share { hits: 5, of: 20 }.interval();
+        assert!((low - 0.0866).abs() < 1e-3 && (high - 0.4910).abs() < 1e-3, "{low} {high}");
+        let (low, high) = Share { hits: 0, of: 20 }.interval();
+        assert!(low == 0.0 && (high - (1.0 - 0.025f64.powf(1.0 / 20.0))).abs() < 1e-4, "{high}");
+        assert_eq!(Share::default().interval(), (0.0, 1.0));
+    }
+}

@@ -1,0 +1,119 @@
+//! `runner challenge make`: cases for the diagnosis, and their sealed key.
+
+use super::draw::{Drawn, draw};
+use super::key::{Key, SEAL, Solution, hash};
+use super::oracle::visibility;
+use super::simulate::{Test, Truth, start, tests};
+use super::specimens::{csv, measured_n};
+use crate::data::{DataError, SpecimenFiles, Wanted};
+use crate::engine::Engine;
+use crate::fit::EvaluationFailure;
+use crate::objective::{DatasetError, ParameterError};
+use crate::output::{OutputError, write_file};
+use crate::pool::RunFailure;
+use poropunch::protocol::ProtocolError;
+use std::collections::BTreeMap;
+use std::path::Path;
+use thiserror::Error;
+
+/// Cases that cannot be made.
+#[derive(Debug, Error)]
+pub enum MakeError {
+    /// A motion.
+    #[error(transparent)]
+    Protocol(#[from] ProtocolError),
+    /// A simulation.
+    #[error("a case cannot be simulated: {0}")]
+    Run(#[from] RunFailure),
+    /// A file that was written is not read as a measurement.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// The same.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// The FMU's parameters.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A simulation with derivatives.
+    #[error("a case cannot be simulated: {0}")]
+    Evaluation(#[from] EvaluationFailure),
+    /// A file.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The key.
+    #[error("the key cannot be written: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// What is made.
+#[derive(Debug, Clone)]
+pub struct Plan<'a> {
+    /// Seed of all draws.
+    pub seed: u64,
+    /// Number of cases.
+    pub cases: usize,
+    /// Cycles of each test.
+    pub cycles: i32,
+    /// The maker's mesh and time steps.
+    pub numerics: BTreeMap<String, f64>,
+    /// Folder of the cases.
+    pub out: &'a Path,
+    /// File of the key.
+    pub key: &'a Path,
+}
+
+/// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the key, and its hash beside the cases.
+///
+/// # Errors
+/// When a case cannot be simulated or written.
+pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result<(), MakeError> {
+    let tests = tests(plan.cycles)?;
+    let mut cases = Vec::new();
+    for (number, drawn) in draw(plan.seed, plan.cases).into_iter().enumerate() {
+        say(format!("case {} of {}", number + 1, plan.cases));
+        cases.push(one(engine, plan, &tests, drawn)?);
+    }
+    let key = Key { schema: "poropunch.challenge/1".to_owned(), seed: plan.seed, cycles: plan.cycles, cases };
+    let bytes = serde_json::to_vec(&key)?;
+    write_file(plan.key, &bytes)?;
+    write_file(&plan.out.join(SEAL), format!("{}\n", hash(&bytes)).as_bytes())?;
+    Ok(())
+}
+
+fn one(engine: &Engine, plan: &Plan, tests: &[Test; 2], drawn: Drawn) -> Result<Solution, MakeError> {
+    // With all causes, without any, and with each of them alone.
+    let mut sets = vec![drawn.causes.clone()];
+    if !drawn.causes.is_empty() {
+        sets.push(vec![]);
+    }
+    if drawn.causes.len() > 1 {
+        sets.extend(drawn.causes.iter().map(|c| vec![c.clone()]));
+    }
+    let mut runs: Vec<Vec<Truth>> = Vec::new();
+    for causes in &sets {
+        let of = |t: (usize, &Test)| start(engine, &drawn, causes, &plan.numerics, t);
+        runs.push(tests.iter().enumerate().map(of).collect::<Result<_, _>>()?);
+    }
+    let readings: Vec<Vec<Vec<f64>>> = runs
+        .iter()
+        .map(|of_tests| of_tests.iter().map(Truth::reading_n).collect::<Result<_, _>>())
+        .collect::<Result<_, _>>()?;
+    let measured = measured_n(&drawn, tests, &readings[0]);
+    let folder = plan.out.join("cases").join(&drawn.id);
+    let mut measurements = Vec::new();
+    for (test, measured) in tests.iter().zip(&measured) {
+        let path = folder.join(format!("{}.csv", test.name));
+        write_file(&path, csv(test, measured).as_bytes())?;
+        measurements.push(SpecimenFiles::of(&path)?.read(Wanted::MotionAndForce)?.measurement);
+    }
+    let all_mn =
+        |reading: &Vec<Vec<f64>>| -> Vec<f64> { reading.iter().flatten().map(|f| f * 1e3).collect() };
+    let alone = if readings.len() > 2 { &readings[2..] } else { &readings[..drawn.causes.len()] };
+    let plain = readings.get(1).map(all_mn).unwrap_or_default();
+    let change = |r: &Vec<Vec<f64>>| all_mn(r).iter().zip(&plain).map(|(a, b)| a - b).collect();
+    let changes: Vec<Vec<f64>> = alone.iter().map(change).collect();
+    let visibility = visibility(engine, &drawn, &plan.numerics, &measurements, &changes)?;
+    let effects = drawn.causes.iter().filter_map(|c| c.effect().map(str::to_owned)).collect();
+    let truth_mn = readings[0].iter().map(|r| r.iter().map(|f| f * 1e3).collect()).collect();
+    Ok(Solution { drawn, effects, visibility, truth_mn })
+}

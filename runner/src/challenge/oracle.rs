@@ -1,0 +1,43 @@
+//! Whether anybody could see a cause: what a refit leaves of its true change of the force, in units of the noise, for
+//! somebody who knows the true parameters and the cause's form. No candidate of the catalogue comes into it.
+
+use super::draw::Drawn;
+use super::make::MakeError;
+use crate::data::Measurement;
+use crate::diagnosis::baseline::{linearised, parameter_prior};
+use crate::diagnosis::covariance::noise_model;
+use crate::diagnosis::observation::observe;
+use crate::diagnosis::problem::{EffectProblem, Setup};
+use crate::engine::Engine;
+use crate::fit::Problem as _;
+use crate::objective::{ParameterMap, Requests};
+use nalgebra::DVector;
+use std::collections::BTreeMap;
+
+/// Scores of changes of the reading (mN, all tests one after the other) against the plain reading.
+pub fn visibility(
+    engine: &Engine,
+    drawn: &Drawn,
+    numerics: &BTreeMap<String, f64>,
+    measurements: &[Measurement],
+    changes_mn: &[Vec<f64>],
+) -> Result<Vec<f64>, MakeError> {
+    if changes_mn.is_empty() {
+        return Ok(vec![]);
+    }
+    let pairs = |map: &BTreeMap<String, f64>| map.iter().map(|(n, v)| format!("{n}={v}")).collect::<Vec<_>>();
+    let requests = Requests { set: pairs(numerics), start: pairs(&drawn.material), ..Requests::default() };
+    let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)?;
+    let observations = observe(measurements, None)?;
+    let setup = Setup { engine, observations: &observations, parameters: &parameters };
+    let x = parameters.start().to_vec();
+    let mut problem = EffectProblem::new(setup, &[]);
+    let difference_mn = problem.residual(&x)?;
+    let jacobian_mn = problem.jacobian(&x, &difference_mn)?;
+    let plain_mn: Vec<f64> = difference_mn.iter().zip(setup.measured_mn()).map(|(d, m)| d + m).collect();
+    let covariance = noise_model(&observations, &plain_mn, vec![]).covariance;
+    let gap_mn = -DVector::from_vec(difference_mn);
+    let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &parameter_prior(setup), &x);
+    let score = |d: &Vec<f64>| linear.signature(&covariance, &DVector::from_row_slice(d)).strength();
+    Ok(changes_mn.iter().map(score).collect())
+}

@@ -1,0 +1,210 @@
+//! Answers against the key.
+
+use super::binomial::Share;
+use super::draw::Kind as CaseKind;
+use super::key::{Key, Solution};
+use crate::diagnosis::result::{Diagnosis, Kind};
+use serde::Serialize;
+
+/// A cause of a smaller score is taken as not to be seen.
+pub const VISIBLE: f64 = 6.0;
+/// Largest group that is an answer.
+const LARGEST_GROUP: usize = 3;
+
+/// How one case was answered.
+#[derive(Debug, Clone, Serialize)]
+pub struct Line {
+    /// Case.
+    pub id: String,
+    /// What was behind it.
+    pub truth: String,
+    /// Score of its weakest cause for somebody who knows it.
+    pub visibility: f64,
+    /// What was answered.
+    pub answer: String,
+    /// Confidence of the answer.
+    pub confidence: f64,
+    /// Whether it is right.
+    pub right: bool,
+    /// Shrinkage with its interval.
+    pub shrinkage: Option<(f64, f64, f64)>,
+}
+
+/// The table of the design, section 7.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Scores {
+    /// Cases without a gap that were accused of one.
+    pub false_accusations: Share,
+    /// Visible single effects named first.
+    pub top_1: Share,
+    /// Visible single effects within a group of at most three.
+    pub in_group: Share,
+    /// Members of the groups that were answered, on average.
+    pub group_size: f64,
+    /// Causes outside the catalogue answered `none of these` or `no gap`.
+    pub outside: Share,
+    /// Effects too weak to see of which nothing else was accused.
+    pub weak: Share,
+    /// Pairs, both visible, both named.
+    pub pairs: Share,
+    /// 90 % intervals of the shrinkage that hold the true one, for effects named rightly.
+    pub coverage: Share,
+    /// Mean confidence and share of right answers, by thirds of the confidence.
+    pub calibration: Vec<(f64, Share)>,
+}
+
+/// Scores and the answers one by one, for the diagnosis and for the simple rules.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table {
+    /// The diagnosis.
+    pub diagnosis: Scores,
+    /// The simple rules, by name.
+    pub rules: Vec<(String, Scores)>,
+    /// Cases without an answer.
+    pub missing: Vec<String>,
+    /// Every answer.
+    pub lines: Vec<Line>,
+}
+
+/// An answer, of whichever method.
+struct Answer {
+    kind: Kind,
+    families: Vec<String>,
+    confidence: f64,
+    /// Value and interval claimed, and the true value.
+    shrinkage: Option<(f64, f64, f64)>,
+    true_shrinkage: Option<f64>,
+}
+
+/// The table; `answers` in the order of the key's cases.
+pub fn score(key: &Key, answers: &[Option<Diagnosis>]) -> Table {
+    let answered = || key.cases.iter().zip(answers).filter_map(|(s, d)| d.as_ref().map(|d| (s, d)));
+    let missing = key.cases.iter().zip(answers).filter(|(_, d)| d.is_none()).map(|(s, _)| s.drawn.id.clone());
+    let ours: Vec<(&Solution, Answer)> = answered().map(|(s, d)| (s, of_diagnosis(s, d))).collect();
+    let lines = ours.iter().map(|(s, a)| line(s, a)).collect();
+    let names: Vec<String> = answered()
+        .next()
+        .map(|(_, d)| d.simple_rules.iter().map(|r| r.rule.clone()).collect())
+        .unwrap_or_default();
+    let rules = names.into_iter().map(|name| {
+        let of = |(s, d): (_, &Diagnosis)| {
+            let rule = d.simple_rules.iter().find(|r| r.rule == name);
+            let family = rule.and_then(|r| r.effect.clone());
+            let kind = if family.is_some() { Kind::Effect } else { Kind::NoGap };
+            let families = family.into_iter().collect();
+            (s, Answer { kind, families, confidence: 1.0, shrinkage: None, true_shrinkage: None })
+        };
+        let answers: Vec<(&Solution, Answer)> = answered().map(of).collect();
+        (name, scores(&answers))
+    });
+    let rules = rules.collect();
+    Table { diagnosis: scores(&ours), rules, missing: missing.collect(), lines }
+}
+
+fn of_diagnosis(solution: &Solution, d: &Diagnosis) -> Answer {
+    let family = |name: &String| {
+        let effect = d.effects.iter().find(|e| e.name == *name);
+        effect.map_or_else(|| name.clone(), |e| e.family.clone())
+    };
+    let mut families: Vec<String> = d.verdict.effects.iter().map(family).collect();
+    families.dedup();
+    let claimed = d.shrinkage.as_ref();
+    Answer {
+        kind: d.verdict.kind,
+        families,
+        confidence: d.verdict.confidence,
+        shrinkage: claimed.and_then(|s| Some((s.value?, s.interval?.0, s.interval?.1))),
+        true_shrinkage: claimed.and_then(|s| {
+            let truth: Vec<f64> = solution.truth_mn.iter().flatten().copied().collect();
+            s.against(&truth)
+        }),
+    }
+}
+
+/// Whether something was accused.
+fn accuses(answer: &Answer) -> bool {
+    matches!(answer.kind, Kind::Effect | Kind::Group | Kind::Pair)
+}
+
+fn is_visible(solution: &Solution) -> bool {
+    !solution.visibility.is_empty() && solution.visibility.iter().all(|z| *z >= VISIBLE)
+}
+
+fn is_right(solution: &Solution, answer: &Answer) -> bool {
+    let names = |effect: &String| answer.families.contains(effect);
+    match solution.drawn.kind {
+        CaseKind::Null => answer.kind == Kind::NoGap,
+        CaseKind::Outside => !accuses(answer),
+        CaseKind::Single | CaseKind::Weak if !is_visible(solution) => {
+            !accuses(answer) || answer.families.first() == solution.effects.first()
+        }
+        CaseKind::Single | CaseKind::Weak => {
+            accuses(answer) && solution.effects.iter().all(names) && answer.families.len() <= LARGEST_GROUP
+        }
+        CaseKind::Pair => {
+            let found = solution.effects.iter().filter(|e| names(e)).count();
+            // Of a pair of which one is too weak to see, the other is a right answer.
+            if is_visible(solution) { found == 2 } else { !accuses(answer) || found > 0 }
+        }
+    }
+}
+
+fn scores(answers: &[(&Solution, Answer)]) -> Scores {
+    let of = |kind: &'static [CaseKind]| answers.iter().filter(move |(s, _)| kind.contains(&s.drawn.kind));
+    let single = || of(&[CaseKind::Single, CaseKind::Weak]);
+    let visible = || single().filter(|(s, _)| is_visible(s));
+    let weak = single().filter(|(s, _)| !is_visible(s));
+    let first = |(s, a): &(&Solution, Answer)| accuses(a) && a.families.first() == s.effects.first();
+    let groups: Vec<f64> =
+        answers.iter().filter(|(_, a)| accuses(a)).map(|(_, a)| a.families.len() as f64).collect();
+    let covered = |(s, a): &(&Solution, Answer)| {
+        let ((_, low, high), truth) = (a.shrinkage?, a.true_shrinkage?);
+        (is_visible(s) && a.families.first() == s.effects.first()).then_some(truth >= low && truth <= high)
+    };
+    Scores {
+        false_accusations: Share::of(of(&[CaseKind::Null]).map(|(_, a)| a.kind != Kind::NoGap)),
+        top_1: Share::of(visible().map(first)),
+        in_group: Share::of(visible().map(|(s, a)| is_right(s, a))),
+        group_size: groups.iter().sum::<f64>() / groups.len().max(1) as f64,
+        outside: Share::of(of(&[CaseKind::Outside]).map(|(_, a)| !accuses(a))),
+        weak: Share::of(weak.map(|(s, a)| is_right(s, a))),
+        pairs: Share::of(of(&[CaseKind::Pair]).filter(|(s, _)| is_visible(s)).map(|(s, a)| is_right(s, a))),
+        coverage: Share::of(answers.iter().filter_map(covered)),
+        calibration: calibration(answers),
+    }
+}
+
+fn calibration(answers: &[(&Solution, Answer)]) -> Vec<(f64, Share)> {
+    const PARTS: usize = 3;
+    let mut all: Vec<(f64, bool)> = answers.iter().map(|(s, a)| (a.confidence, is_right(s, a))).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let part = |part: &[(f64, bool)]| {
+        let mean = part.iter().map(|p| p.0).sum::<f64>() / part.len() as f64;
+        (mean, Share::of(part.iter().map(|p| p.1)))
+    };
+    all.chunks(all.len().div_ceil(PARTS).max(1)).map(part).collect()
+}
+
+fn line(solution: &Solution, answer: &Answer) -> Line {
+    let causes = solution.drawn.causes.iter().map(|c| c.effect().map_or_else(|| form(c), str::to_owned));
+    let truth = causes.collect::<Vec<_>>().join(" + ");
+    let kind = serde_json::to_value(answer.kind).ok();
+    let kind = kind.as_ref().and_then(|k| k.as_str()).unwrap_or_default().to_owned();
+    let families = answer.families.join(", ");
+    Line {
+        id: solution.drawn.id.clone(),
+        truth: if truth.is_empty() { "nothing".to_owned() } else { truth },
+        visibility: solution.visibility.iter().copied().fold(f64::INFINITY, f64::min),
+        answer: if families.is_empty() { kind } else { format!("{kind}: {families}") },
+        confidence: answer.confidence,
+        right: is_right(solution, answer),
+        shrinkage: answer.shrinkage,
+    }
+}
+
+/// Name of a form.
+fn form(cause: &super::cause::Cause) -> String {
+    let value = serde_json::to_value(cause).ok();
+    let name = value.as_ref().and_then(|v| v["form"].as_str()).unwrap_or("unknown");
+    format!("{name} (outside)")
+}

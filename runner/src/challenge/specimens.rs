@@ -1,0 +1,70 @@
+//! Ten specimens of a case: what each of them measures.
+
+use super::draw::Drawn;
+use super::simulate::Test;
+use crate::data::random::Random;
+use std::fmt::Write as _;
+
+/// Specimens of a test.
+const COUNT: usize = 10;
+/// White noise of a sample (N).
+const WHITE_N: f64 = 0.07e-3;
+
+/// What makes a specimen different.
+#[derive(Debug, Clone, Copy)]
+struct Specimen {
+    height: f64,
+    late: f64,
+}
+
+/// Measured forces (N) of both tests, `[test][specimen][sample]`.
+pub fn measured_n(drawn: &Drawn, tests: &[Test; 2], readings_n: &[Vec<f64>]) -> Vec<Vec<Vec<f64>>> {
+    let mut random = Random::new(drawn.noise_seed);
+    let mut specimens = batch(drawn, &mut random);
+    let mut all = Vec::new();
+    for (index, (test, reading)) in tests.iter().zip(readings_n).enumerate() {
+        if index > 0 && !drawn.same_specimens {
+            specimens = batch(drawn, &mut random);
+        }
+        let one = |s: &Specimen, random: &mut Random| -> Vec<f64> {
+            let value = |(t, f): (&f64, &f64)| {
+                // Shapes differ with the logarithm of the time: 0 at 0.1 s, 1 at 100 s after the ramp.
+                let decades = ((t - test.ramp_end_s).max(0.1).log10() + 1.0) / 3.0;
+                s.height * f * (1.0 + s.late * decades) + WHITE_N * random.normal()
+            };
+            test.time_s.iter().zip(reading).map(value).collect()
+        };
+        all.push(specimens.iter().map(|s| one(s, &mut random)).collect());
+    }
+    all
+}
+
+fn batch(drawn: &Drawn, random: &mut Random) -> Vec<Specimen> {
+    let mut one = || Specimen {
+        height: (drawn.height_scatter * random.normal()).exp(),
+        late: drawn.shape_scatter * random.normal(),
+    };
+    (0..COUNT).map(|_| one()).collect()
+}
+
+/// The file of a test.
+pub fn csv(test: &Test, measured_n: &[Vec<f64>]) -> String {
+    let mut text =
+        "# Synthetic: made by `runner challenge make`; what is behind it is in a sealed key.\n".to_owned();
+    text.push_str("time_s,displacement_mm,force_mN");
+    for k in 1..=measured_n.len() {
+        let _ = write!(text, ",s{k:02}");
+    }
+    text.push('\n');
+    for (i, t) in test.time_s.iter().enumerate() {
+        let mut values: Vec<f64> = measured_n.iter().map(|s| s[i] * 1e3).collect();
+        let depth_mm = test.protocol.displacement(*t) * 1e3;
+        let _ =
+            write!(text, "{t:.4},{depth_mm:.4},{:.4}", crate::data::measurement::median(&mut values.clone()));
+        for value in &mut values {
+            let _ = write!(text, ",{value:.4}");
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,64 @@
+//! The scores as text.
+
+use super::binomial::Share;
+use super::score::{Scores, Table};
+use std::fmt::Write as _;
+
+/// Gates of the design, section 7.
+const GATES: [&str; 8] =
+    ["<= 5 %, upper bound <= 10 %", ">= 90 %", ">= 95 %", ">= 85 %", ">= 95 %", ">= 70 %", "85 to 95 %", ""];
+
+/// Markdown: scores of the diagnosis beside those of the simple rules, then every answer.
+pub fn markdown(table: &Table) -> String {
+    let mut text = String::from("| | gate | diagnose |");
+    table.rules.iter().for_each(|(name, _)| text.push_str(&format!(" {name} |")));
+    text.push_str("\n|---|---|---|");
+    table.rules.iter().for_each(|_| text.push_str("---|"));
+    text.push('\n');
+    let rows: [(&str, fn(&Scores) -> String); 8] = [
+        ("false accusations of cases without a gap", |s| share(s.false_accusations)),
+        ("visible single effects named first", |s| share(s.top_1)),
+        ("visible single effects within the group of at most 3", |s| share(s.in_group)),
+        ("causes outside the catalogue not blamed on it", |s| share(s.outside)),
+        ("effects too weak to see: nothing else accused", |s| share(s.weak)),
+        ("pairs, both visible: both named", |s| share(s.pairs)),
+        ("true shrinkage inside its 90 % interval", |s| share(s.coverage)),
+        ("mean size of a group", |s| format!("{:.2}", s.group_size)),
+    ];
+    for ((name, of), gate) in rows.iter().zip(GATES) {
+        let _ = write!(text, "| {name} | {gate} | {} |", of(&table.diagnosis));
+        table.rules.iter().for_each(|(_, scores)| text.push_str(&format!(" {} |", of(scores))));
+        text.push('\n');
+    }
+    text.push_str("\nShares with exact 95 % intervals. Calibration: ");
+    let parts = table.diagnosis.calibration.iter();
+    let told = parts.map(|(mean, s)| format!("{:.0} % confident, {} right", 100.0 * mean, share(*s)));
+    text.push_str(&told.collect::<Vec<_>>().join("; "));
+    text.push_str(".\n\n| case | behind it | visibility | answer | confidence | shrinkage | |\n|---|---|---|---|---|---|---|\n");
+    for l in &table.lines {
+        let seen = if l.visibility.is_finite() { format!("{:.1}", l.visibility) } else { String::new() };
+        let percent = |x: f64| 100.0 * x;
+        let shrunk = l.shrinkage.map_or_else(String::new, |(v, low, high)| {
+            format!("{:.0} % [{:.0}, {:.0}]", percent(v), percent(low), percent(high))
+        });
+        let _ = writeln!(
+            text,
+            "| {} | {} | {seen} | {} | {:.0} % | {shrunk} | {} |",
+            l.id,
+            l.truth,
+            l.answer,
+            percent(l.confidence),
+            if l.right { "" } else { "wrong" }
+        );
+    }
+    if !table.missing.is_empty() {
+        let _ = writeln!(text, "\nWithout an answer: {}.", table.missing.join(", "));
+    }
+    text
+}
+
+fn share(s: Share) -> String {
+    let Some(value) = s.value() else { return "-".to_owned() };
+    let (low, high) = s.interval();
+    format!("{} of {} = {:.0} % [{:.0}, {:.0}]", s.hits, s.of, 100.0 * value, 100.0 * low, 100.0 * high)
+}

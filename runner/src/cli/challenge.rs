@@ -1,0 +1,197 @@
+//! `runner challenge`: cases whose cause the diagnosis does not know.
+
+use super::diagnose::{self, diagnosis_of};
+use super::engine_args::EngineArguments;
+use super::progress::Progress;
+use super::{CliResult, Ending};
+use crate::challenge::key::{SEAL, open};
+use crate::challenge::make::{Plan, make};
+use crate::challenge::score::score;
+use crate::challenge::table::markdown;
+use crate::diagnosis::result::Diagnosis;
+use crate::output::write_file;
+use crate::setting::settings_from;
+use clap::{Args, Subcommand};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Check the diagnosis on cases whose cause it does not know: make them, answer them, score the answers.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    step: Step,
+}
+
+#[derive(Debug, Subcommand)]
+enum Step {
+    /// Draw causes, sizes and materials at random, simulate them on another mesh with other time steps, add noise,
+    /// and write the data; the key is sealed.
+    Make(Make),
+    /// Diagnose every case of a folder (only its data are read); answers that are there already are kept.
+    Answer(Box<Answer>),
+    /// Open the key and print the table of scores.
+    Score(Score),
+}
+
+#[derive(Debug, Args)]
+struct Make {
+    /// Seed of all draws
+    #[arg(long, value_name = "S")]
+    seed: u64,
+    /// Number of cases
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    cases: usize,
+    /// Cycles of each test; one ends with its hold
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(i32).range(1..=12))]
+    cycles: i32,
+    /// Folder of the cases
+    #[arg(long, short, value_name = "DIR")]
+    out: PathBuf,
+    /// File of the key [default: DIR.key.json, beside the folder]
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
+    #[command(flatten)]
+    engine: EngineArguments,
+}
+
+#[derive(Debug, Args)]
+struct Answer {
+    /// Folder of the cases
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Screening, and a refit of the two leading effects only
+    #[arg(long)]
+    quick: bool,
+    /// Largest number of evaluations of each fit
+    #[arg(long, value_name = "N", default_value_t = 40)]
+    max_evaluations: usize,
+    #[command(flatten)]
+    engine: EngineArguments,
+}
+
+#[derive(Debug, Args)]
+struct Score {
+    /// Folder of the cases and answers
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// File of the key
+    #[arg(long, value_name = "FILE")]
+    key: PathBuf,
+    /// Where to write the table: PATH.md and PATH.json [default: DIR/scores]
+    #[arg(long, short, value_name = "PATH")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+    match &arguments.step {
+        Step::Make(arguments) => make_cases(arguments, stop),
+        Step::Answer(arguments) => answer(arguments, stop),
+        Step::Score(arguments) => score_answers(arguments),
+    }
+}
+
+/// The maker's mesh and steps unless others are set: not those of any diagnosis.
+const NUMERICS: [&str; 3] =
+    ["mesh.preset=fine", "solver.time_scheme=backward_euler", "solver.tolerance=1e-3"];
+
+fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
+    let engine = arguments.engine.engine(&[], true, None, stop)?;
+    let own = NUMERICS.iter().map(|s| (*s).to_owned());
+    let settings: Vec<String> = own.chain(arguments.engine.settings()).collect();
+    let key = arguments.key.clone().unwrap_or_else(|| arguments.out.with_extension("key.json"));
+    let plan = Plan {
+        seed: arguments.seed,
+        cases: arguments.cases,
+        cycles: arguments.cycles,
+        numerics: settings_from(engine.wiring(), &settings)?,
+        out: &arguments.out,
+        key: &key,
+    };
+    let progress = Progress::of_fit(0);
+    let made = make(&engine, &plan, &mut |what| progress.show(0, what));
+    progress.finish();
+    if engine.is_stopped() {
+        return Ok(Ending::Interrupted);
+    }
+    made?;
+    say!(
+        "wrote {} cases to {}; the key is in {}, its hash in {}",
+        arguments.cases,
+        arguments.out.join("cases").display(),
+        key.display(),
+        arguments.out.join(SEAL).display()
+    );
+    Ok(Ending::Complete)
+}
+
+/// Folders of the cases, in alphabetical order.
+fn cases(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn std::error::Error>> {
+    let inside = folder.join("cases");
+    let entries = std::fs::read_dir(&inside)
+        .map_err(|e| format!("{} holds no cases: {e}; `challenge make` writes them", inside.display()))?;
+    let mut all: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.is_dir()).collect();
+    all.sort();
+    Ok(all)
+}
+
+/// Where the answer to a case is kept.
+fn answer_file(folder: &Path, id: &str) -> PathBuf {
+    folder.join("answers").join(format!("{id}.json"))
+}
+
+fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
+    for case in cases(&arguments.folder)? {
+        let id = case.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let file = answer_file(&arguments.folder, &id);
+        if file.exists() {
+            continue;
+        }
+        let scratch = tempfile::tempdir()?;
+        let asked = diagnose::Arguments {
+            measurements: vec![case.join("P1.csv"), case.join("P2.csv")],
+            quick: arguments.quick,
+            out: scratch.path().to_owned(),
+            cache: None,
+            fix: vec![],
+            start: vec![],
+            max_evaluations: arguments.max_evaluations,
+            engine: arguments.engine.clone(),
+        };
+        let Some(diagnosis) = diagnosis_of(&asked, stop)? else { return Ok(Ending::Interrupted) };
+        write_file(&file, &serde_json::to_vec(&diagnosis)?)?;
+        say!("{id}: {} ({:.0} s)", diagnosis.verdict.text, diagnosis.seconds);
+    }
+    Ok(Ending::Complete)
+}
+
+fn score_answers(arguments: &Score) -> CliResult {
+    let key = open(&arguments.key, &arguments.folder)?;
+    let mut answers: Vec<Option<Diagnosis>> = Vec::new();
+    for case in &key.cases {
+        let file = answer_file(&arguments.folder, &case.drawn.id);
+        answers.push(match std::fs::read(&file) {
+            Ok(bytes) => {
+                let read = serde_json::from_slice(&bytes);
+                Some(read.map_err(|e| format!("{} is no diagnosis: {e}; delete it", file.display()))?)
+            }
+            Err(_) => None,
+        });
+    }
+    if answers.iter().all(Option::is_none) {
+        return Err(format!(
+            "{} holds no answers; `challenge answer {}` writes them",
+            arguments.folder.join("answers").display(),
+            arguments.folder.display()
+        )
+        .into());
+    }
+    let table = score(&key, &answers);
+    let text = markdown(&table);
+    say!("{text}");
+    let base = arguments.out.clone().unwrap_or_else(|| arguments.folder.join("scores"));
+    write_file(&base.with_extension("md"), text.as_bytes())?;
+    write_file(&base.with_extension("json"), &serde_json::to_vec_pretty(&table)?)?;
+    Ok(Ending::Complete)
+}
