@@ -38,6 +38,8 @@ const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
 pub const FINAL: f64 = 3e-4;
 /// An iteration that lowers chi^2 by a smaller part ends a first fit.
 pub const ROUGH: f64 = 3e-2;
+/// A rough fit with this chi^2 per point is near the best: no further start is tried.
+const ENOUGH: f64 = 1.5;
 /// Relative accuracy of the Jacobian.
 const JACOBIAN_ACCURACY: f64 = 1e-6;
 
@@ -58,7 +60,7 @@ pub enum FitFailure {
 /// How a fit is made.
 #[derive(Debug, Clone)]
 pub struct FitPlan {
-    /// Starts of parameters and magnitudes; the best of their rough fits is carried on.
+    /// Starts of parameters and magnitudes, tried until one fits; the best of their rough fits is carried on.
     pub starts: Vec<Vec<f64>>,
     /// Further starts, drawn within the bounds.
     pub drawn: usize,
@@ -111,7 +113,11 @@ pub fn fit(
     };
     let mut solution: Option<Solution> = None;
     let mut failure = None;
+    let enough = ENOUGH * setup.measured_mn().len() as f64;
     for start in &plan.starts {
+        if solution.as_ref().is_some_and(|s| s.chi_square < enough) {
+            break;
+        }
         let tolerance = if plan.starts.len() > 1 { ROUGH.max(plan.tolerance) } else { plan.tolerance };
         match minimise(start, tolerance, plan.drawn) {
             Ok(found) if solution.as_ref().is_none_or(|s| found.chi_square < s.chi_square) => {

@@ -78,6 +78,8 @@ pub struct Findings {
 /// Screened effects that are refitted, at most.
 const LEADERS: usize = 5;
 const QUICK_LEADERS: usize = 2;
+/// An effect of which screening expects a smaller part of the gain of another that explains all is not refitted.
+const HOPELESS: f64 = 0.2;
 /// Evidence (twice the logarithm) by which two effects together must surpass the best one to be refitted.
 const PAIR_GAIN: f64 = 8.0;
 /// Starts of the plain fit beside the user's.
@@ -272,7 +274,11 @@ fn confirm(
         Ok(())
     };
     for leader in &chosen {
-        try_one(&[expected(leader)], &mut refits)?;
+        let gain = leader.signature.score(y).powi(2);
+        let explained = |r: &Refit| r.adequacy > SIGNIFICANT && gain < HOPELESS * r.gain;
+        if !refits.iter().any(explained) {
+            try_one(&[expected(leader)], &mut refits)?;
+        }
     }
     if !effort.quick {
         let pairs = (0..leaders.len()).flat_map(|i| (0..i).map(move |j| (i, j)));

@@ -75,6 +75,8 @@ pub fn screen<W: Whitening>(
     Ok((screened, failed))
 }
 
+/// An effect with a smaller part of the highest score is no rival.
+const RIVAL: f64 = 0.1;
 /// A score that any gap worth explaining has.
 const VISIBLE: f64 = 8.0;
 
@@ -92,10 +94,13 @@ fn refine<W: Whitening>(
 ) -> Result<(), EvaluationFailure> {
     let y = &fit.residual;
     let mut runs = Vec::new();
+    let score = |s: &Screened| candidates[s.candidate].one_sided(s.signature.score(y));
+    let highest = screened.iter().map(score).fold(0.0, f64::max);
     for (k, s) in screened.iter().enumerate() {
         let candidate = &candidates[s.candidate];
         let part = VISIBLE / s.signature.strength();
-        if is_continuous(candidate) && part < 0.5 {
+        // Another magnitude may look up to some times better, not more.
+        if is_continuous(candidate) && part < 0.5 && score(s) > RIVAL * highest {
             let side =
                 if candidate.effect.sign == Sign::Either { s.signature.score(y).signum() } else { 1.0 };
             let m = side * part.max(0.02);
