@@ -10,6 +10,7 @@ macro_rules! say {
 
 mod batch;
 pub mod engine_args;
+mod fields;
 mod identify;
 mod inspect;
 mod package;

@@ -68,6 +68,7 @@ fn row(variable: &Variable) -> String {
             (range.map(|(min, max)| format!("{min} to {max}")).unwrap_or_default(), String::new())
         }
         Kind::Boolean => ("true, false".to_owned(), String::new()),
+        Kind::Text => ("text".to_owned(), String::new()),
         Kind::Enumeration(e) => {
             let items = e.items.iter().zip(1..).map(|((name, _), value)| format!("{value} {name}"));
             (items.collect::<Vec<_>>().join(", "), String::new())
@@ -78,6 +79,7 @@ fn row(variable: &Variable) -> String {
         (_, Value::Real(v)) => format!("{v:?}"),
         (_, Value::Integer(v)) => v.to_string(),
         (_, Value::Boolean(v)) => v.to_string(),
+        (_, Value::Text(v)) => format!("\"{v}\""),
     };
     let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     format!(
