@@ -57,8 +57,10 @@ pub(super) fn collection<'a>(frames: impl Iterator<Item = (f64, &'a str)>) -> St
 
 fn field_array(x: &mut String, field: &Field) {
     let components = field.quantity.components;
-    let mut attributes = format!(" NumberOfComponents=\"{}\"", components.len());
+    let mut attributes = String::new();
+    // Readers take a scalar for a list of one-vectors where its number of components is given.
     if components.len() > 1 {
+        let _ = write!(attributes, " NumberOfComponents=\"{}\"", components.len());
         for (k, name) in components.iter().enumerate() {
             let _ = write!(attributes, " ComponentName{k}=\"{name}\"");
         }
