@@ -189,6 +189,32 @@ fn asking_for_fields_changes_nothing() {
     assert!(run(false) == run(true));
 }
 
+/// The laws of the fields are those of the run also with the effects of the specimen.
+#[test]
+fn effects_of_the_specimen_are_in_the_fields() {
+    let mut parameters = coarse();
+    parameters.effect.softening.loss = 0.3;
+    parameters.effect.eyring.inverse_stress = 5e-3;
+    parameters.effect.modulus_drift.rate = 0.05;
+    parameters.effect.permeability.exponent = 4.0;
+    let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
+    assert!(instance.fields().is_ok(), "before anything happened");
+    for k in 1..=10 {
+        instance.set_displacement(5e-5 * f64::from(k));
+        instance.advance(0.03).unwrap();
+    }
+    let (fields, outputs) = (instance.fields().unwrap(), instance.outputs());
+    let volumes = &fields.in_cells("undeformed_volume_m3").unwrap().values;
+    for (name, expected) in [
+        ("viscous_dissipation_W_per_m3", outputs.viscous_dissipation_rate),
+        ("porous_dissipation_W_per_m3", outputs.porous_dissipation_rate),
+    ] {
+        let values = &fields.in_cells(name).unwrap().values;
+        let integral: f64 = values.iter().zip(volumes).map(|(v, w)| v * w).sum();
+        assert_relative_eq!(integral, expected, max_relative = 5e-3);
+    }
+}
+
 #[test]
 fn the_three_dimensional_model_says_what_to_do() {
     let mut parameters = coarse();
