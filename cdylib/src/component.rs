@@ -4,6 +4,7 @@ use crate::logger::Logger;
 use crate::phase::Phase;
 use poropunch::cosimulation::{Slave, SlaveState};
 use std::collections::BTreeMap;
+use std::ffi::CString;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One instance with its life cycle.
@@ -20,6 +21,8 @@ pub struct Component {
     pub logger: Logger,
     /// Saved states by handle: only what is in here can be restored or freed.
     pub states: BTreeMap<usize, Saved>,
+    /// What the last `fmi2GetString` pointed at: it must live until the next call.
+    pub texts: Vec<CString>,
 }
 
 /// A saved state with its place in the life cycle.
@@ -45,6 +48,7 @@ impl Component {
             last_time: 0.0,
             logger,
             states: BTreeMap::new(),
+            texts: Vec::new(),
         }
     }
 

@@ -5,12 +5,12 @@
 
 use crate::abi::{Boolean, CO_SIMULATION, CallbackFunctions, FmuState, Status, ValueReference};
 use crate::component::{Component, Saved};
-use crate::guard::{self, Outcome, call, slice, slice_mut, text};
+use crate::guard::{self, call, slice, slice_mut, text};
 use crate::logger::Logger;
 use crate::phase::{ANY, GETTABLE, INITIALIZATION, INSTANTIATED, Phase, SETTABLE, STEP_COMPLETE};
 use poropunch::model_description::guid;
 use poropunch::variables::Value;
-use std::ffi::{c_char, c_int, c_void};
+use std::ffi::{CString, c_char, c_int, c_void};
 use std::panic::catch_unwind;
 
 /// Platform of the FMI types.
@@ -149,12 +149,13 @@ pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut c_void) -> S
     }
 }
 
-/// Ends the simulation; results can still be read.
+/// Ends the simulation with the last frame of the fields, where they are written; results can still be read.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Terminate(component: *mut c_void) -> Status {
     // SAFETY: see the top of this file.
     unsafe {
         call(component, "fmi2Terminate", STEP_COMPLETE, |c| {
+            c.slave.finish().map_err(|e| e.to_string())?;
             c.phase = Phase::Terminated;
             c.logger.event(|| "terminated".to_owned());
             Ok(())
@@ -232,32 +233,49 @@ access!(fmi2GetReal, fmi2SetReal, f64, Value::Real(0.0), real, Value::Real);
 access!(fmi2GetInteger, fmi2SetInteger, c_int, Value::Integer(0), integer, Value::Integer);
 access!(fmi2GetBoolean, fmi2SetBoolean, Boolean, Value::Boolean(false), boolean, |v| Value::Boolean(v != 0));
 
-fn no_strings(n: usize) -> Outcome {
-    if n == 0 { Ok(()) } else { Err("this FMU has no variables of type String".to_owned()) }
+fn string(value: Value) -> Option<CString> {
+    // A text that was set through C has no zero inside.
+    if let Value::Text(v) = value { CString::new(v).ok() } else { None }
 }
 
-/// There are no strings.
+/// Values of variables; the texts stay where they are until the next call of this function.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetString(
     component: *mut c_void,
-    _references: *const ValueReference,
+    references: *const ValueReference,
     n: usize,
-    _values: *mut *const c_char,
+    values: *mut *const c_char,
 ) -> Status {
     // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2GetString", GETTABLE, |_| no_strings(n)) }
+    unsafe {
+        call(component, "fmi2GetString", GETTABLE, |c| {
+            let (references, values) = (slice(references, n)?, slice_mut(values, n)?);
+            let asked = Value::Text(String::new());
+            c.texts = c.slave.get_each(references, string, asked).map_err(|e| e.to_string())?;
+            values.iter_mut().zip(&c.texts).for_each(|(value, text)| *value = text.as_ptr());
+            Ok(())
+        })
+    }
 }
 
-/// There are no strings.
+/// Sets parameters: all of them, or none and an error.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetString(
     component: *mut c_void,
-    _references: *const ValueReference,
+    references: *const ValueReference,
     n: usize,
-    _values: *const *const c_char,
+    values: *const *const c_char,
 ) -> Status {
     // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2SetString", SETTABLE, |_| no_strings(n)) }
+    unsafe {
+        call(component, "fmi2SetString", SETTABLE, |c| {
+            let (references, values) = (slice(references, n)?, slice(values, n)?);
+            let texts: Option<Vec<&str>> = values.iter().map(|&value| text(value)).collect();
+            let texts = texts.ok_or("a text is NULL or not UTF-8")?;
+            let pairs = references.iter().zip(texts).map(|(&r, text)| (r, Value::Text(text.to_owned())));
+            c.slave.set(&pairs.collect::<Vec<_>>()).map_err(|e| e.to_string())
+        })
+    }
 }
 
 /// Copies the present state; an existing handle is overwritten, NULL gets a new one.

@@ -6,7 +6,7 @@ use poropunch::model_description::guid;
 use poropunch::variables::by_name;
 use poropunch_fmi::abi::{CallbackFunctions, ERROR, OK, Status};
 use poropunch_fmi::*;
-use std::ffi::{CString, c_int, c_void};
+use std::ffi::{CStr, CString, c_int, c_void};
 use std::ptr::{null, null_mut};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,12 +96,12 @@ fn table() -> Vec<(&'static str, Call, &'static [State])> {
             ("GetReal", |c| fmi2GetReal(c, &reference("force"), 1, &mut 0.0), GET),
             ("GetInteger", |c| fmi2GetInteger(c, &reference("mesh.preset"), 1, &mut 0), GET),
             ("GetBoolean", |c| fmi2GetBoolean(c, &reference("boundary.drained_top"), 1, &mut 0), GET),
-            ("GetString", |c| fmi2GetString(c, null(), 0, null_mut()), GET),
+            ("GetString", |c| fmi2GetString(c, &reference("fields.path"), 1, &mut null()), GET),
             ("SetReal", |c| fmi2SetReal(c, &reference("displacement"), 1, &0.0), SET),
             // Parameters are fixed once the initialisation is over.
             ("SetInteger", |c| fmi2SetInteger(c, &reference("mesh.preset"), 1, &1), &SET[..2]),
             ("SetBoolean", |c| fmi2SetBoolean(c, &reference("boundary.drained_top"), 1, &1), &SET[..2]),
-            ("SetString", |c| fmi2SetString(c, null(), 0, null()), SET),
+            ("SetString", |c| fmi2SetString(c, &reference("fields.path"), 1, &c"".as_ptr()), &SET[..2]),
             ("GetFMUstate", |c| fmi2GetFMUstate(c, &mut null_mut()), &ALL),
             ("SetFMUstate", |c| with_state(c, |c, s| fmi2SetFMUstate(c, *s)), &ALL),
             ("FreeFMUstate", |c| with_state(c, |c, s| fmi2FreeFMUstate(c, s)), &ALL),
@@ -233,6 +233,59 @@ fn bad_arguments_are_errors_and_change_nothing() {
         assert_eq!(value, -2e-4, "the old value stays");
         fmi2FreeInstance(c);
     }
+}
+
+#[test]
+fn texts_come_back_as_they_were_set() {
+    unsafe {
+        let c = fresh();
+        let path = reference("fields.path");
+        let given = c"a b \u{fc}%s/x.pvd";
+        assert_eq!(fmi2SetString(c, &path, 1, &given.as_ptr()), OK);
+        assert_eq!(fmi2SetString(c, &path, 1, &null()), ERROR, "NULL");
+        assert_eq!(fmi2SetString(c, &path, 1, &c"\xff".as_ptr()), ERROR, "not UTF-8");
+        assert_eq!(fmi2SetString(c, &reference("force"), 1, &given.as_ptr()), ERROR, "an output");
+        assert_eq!(fmi2SetString(c, &reference("mesh.preset"), 1, &given.as_ptr()), ERROR, "wrong type");
+        assert_eq!(fmi2SetReal(c, &path, 1, &0.0), ERROR, "wrong type");
+        assert_eq!(fmi2SetString(c, null(), 0, null()), OK);
+        assert_eq!(fmi2EnterInitializationMode(c), OK);
+        let mut twice = [null(); 2];
+        assert_eq!(fmi2GetString(c, [path; 2].as_ptr(), 2, twice.as_mut_ptr()), OK);
+        assert!(twice.iter().all(|&text| CStr::from_ptr(text) == given));
+        assert_eq!(fmi2GetString(c, &reference("force"), 1, &mut null()), ERROR, "wrong type");
+        assert_eq!(fmi2GetString(c, &path, 1, null_mut()), ERROR, "no array");
+        fmi2FreeInstance(c);
+    }
+}
+
+/// Every frame in the file, the last at fmi2Terminate; a series that cannot be written is refused at once.
+#[test]
+fn fields_are_written() {
+    let folder = std::env::temp_dir().join(format!("poropunch-cdylib-{}", std::process::id()));
+    let pvd = folder.join("x.pvd");
+    let text = CString::new(pvd.to_str().unwrap()).unwrap();
+    unsafe {
+        let c = fresh();
+        assert_eq!(fmi2SetString(c, &reference("fields.path"), 1, &text.as_ptr()), OK);
+        assert_eq!(fmi2SetReal(c, &reference("fields.interval"), 1, &1e3), OK);
+        bring(c, StepComplete);
+        assert_eq!(fmi2DoStep(c, 0.0, 0.1, 1), OK);
+        let frames = || std::fs::read_to_string(&pvd).unwrap().matches("<DataSet").count();
+        assert_eq!(frames(), 1);
+        assert_eq!(fmi2Terminate(c), OK);
+        assert_eq!(frames(), 2);
+        fmi2FreeInstance(c);
+
+        let c = fresh();
+        let below = CString::new(pvd.join("below/x.pvd").to_str().unwrap()).unwrap();
+        assert_eq!(fmi2SetString(c, &reference("fields.path"), 1, &below.as_ptr()), OK);
+        assert_eq!(fmi2EnterInitializationMode(c), OK);
+        assert_eq!(fmi2ExitInitializationMode(c), ERROR);
+        assert_eq!(fmi2Reset(c), OK);
+        bring(c, StepComplete);
+        fmi2FreeInstance(c);
+    }
+    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]

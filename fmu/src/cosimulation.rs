@@ -1,5 +1,6 @@
 //! The FMI co-simulation slave without any C: settings by value reference, initialise, step, save.
 
+use crate::fields::{FieldsError, Recorder, RecorderState};
 use crate::hash::fnv1a_128;
 use crate::model_description::guid_number;
 use crate::protocol::{Protocol, ProtocolError};
@@ -28,6 +29,9 @@ pub enum SlaveError {
     /// A step that could not be made.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// Fields that could not be computed or written.
+    #[error(transparent)]
+    Fields(#[from] FieldsError),
     /// A parameter set while running.
     #[error("{0} is fixed: set it before the end of the initialisation")]
     Fixed(String),
@@ -59,6 +63,8 @@ struct Run {
     start_time: f64,
     time: f64,
     protocol: Option<Protocol>,
+    /// Writes the fields, where they are asked for.
+    recorder: Option<Recorder>,
 }
 
 /// One co-simulation slave.
@@ -84,6 +90,7 @@ struct RunState {
     start_time: f64,
     time: f64,
     snapshot: Snapshot,
+    recorder: Option<RecorderState>,
 }
 
 impl Slave {
@@ -113,7 +120,7 @@ impl Slave {
         let readings = self.readings();
         let one = |&reference: &u32| -> Result<T, SlaveError> {
             let variable = by_reference(reference)?;
-            Ok(pick(variable.get(&self.settings, &readings)).ok_or_else(|| variable.wrong_type(asked))?)
+            Ok(pick(variable.get(&self.settings, &readings)).ok_or_else(|| variable.wrong_type(&asked))?)
         };
         references.iter().map(one).collect()
     }
@@ -124,9 +131,9 @@ impl Slave {
     /// On an unknown variable, another type, a value out of range, or a parameter after initialisation.
     pub fn set(&mut self, values: &[(u32, Value)]) -> Result<(), SlaveError> {
         let mut settings = self.settings.clone();
-        for &(reference, value) in values {
-            let variable = by_reference(reference)?;
-            variable.set(&mut settings, value)?;
+        for (reference, value) in values {
+            let variable = by_reference(*reference)?;
+            variable.set(&mut settings, value.clone())?;
             if self.run.is_some() && variable.causality == Causality::Parameter {
                 return Err(SlaveError::Fixed(variable.name.to_owned()));
             }
@@ -160,10 +167,11 @@ impl Slave {
     /// When the parameters are not admissible or the punch would start inside the sample.
     pub fn initialise(&mut self, start_time: f64) -> Result<(), SlaveError> {
         let model = self.model(self.settings.parameters())?;
-        let instance = Instance::new(&model, self.start_displacement())?;
+        let mut instance = Instance::new(&model, self.start_displacement())?;
         let protocol = protocol(&self.settings)?;
+        let recorder = Recorder::begin(&self.settings.fields, &mut instance, start_time)?;
         self.model = Some(model);
-        self.run = Some(Run { instance, start_time, time: start_time, protocol });
+        self.run = Some(Run { instance, start_time, time: start_time, protocol, recorder });
         Ok(())
     }
 
@@ -220,20 +228,35 @@ impl Slave {
         if current.is_nan() || (current - run.time).abs() > slack {
             return Err(SlaveError::WrongTime { asked: current, actual: run.time });
         }
-        match &run.protocol {
+        let from = current - run.start_time;
+        let target = match &run.protocol {
             None => {
                 let rate = self.derivative.unwrap_or(self.settings.displacement_rate);
-                run.instance.set_displacement(self.settings.displacement + rate * size);
-                run.instance.advance(size)?;
+                self.settings.displacement + rate * size
             }
-            Some(protocol) => {
-                let from = current - run.start_time;
-                follow(&mut run.instance, protocol, from, from + size)?;
+            Some(protocol) => protocol.displacement(from + size),
+        };
+        match run.recorder.take() {
+            None => run.go(from, size, target)?,
+            Some(mut recorder) => {
+                let made = run.go_recorded(&mut recorder, from, size, target);
+                run.recorder = Some(recorder);
+                made?;
             }
         }
         run.time = current + size;
         self.derivative = None;
         Ok(())
+    }
+
+    /// Ends the run: the last frame of the fields, where they are written.
+    ///
+    /// # Errors
+    /// When that frame cannot be made.
+    pub fn finish(&mut self) -> Result<(), SlaveError> {
+        let Some(run) = &mut self.run else { return Ok(()) };
+        let Some(recorder) = &mut run.recorder else { return Ok(()) };
+        Ok(recorder.finish(&mut run.instance, run.time)?)
     }
 
     /// Back to the state after `new`.
@@ -247,6 +270,7 @@ impl Slave {
             start_time: run.start_time,
             time: run.time,
             snapshot: run.instance.save(),
+            recorder: run.recorder.as_ref().map(Recorder::save),
         });
         SlaveState { settings: self.settings.clone(), derivative: self.derivative, run }
     }
@@ -268,9 +292,16 @@ impl Slave {
     fn restore_run(&mut self, settings: &Settings, saved: &RunState) -> Result<(), SlaveError> {
         let (start_time, time, protocol) = (saved.start_time, saved.time, protocol(settings)?);
         let parameters = settings.parameters();
+        let (path, recorded) = (&settings.fields.path, saved.recorder.as_ref());
         let same = self.model.as_ref().is_some_and(|model| *model.parameters() == parameters);
         if let Some(run) = self.run.as_mut().filter(|_| same) {
+            let before = run.instance.save();
             run.instance.restore(&saved.snapshot)?;
+            if let Err(error) = Recorder::restore(&mut run.recorder, path, recorded) {
+                // Cannot fail: the state was saved by this very instance.
+                let _ = run.instance.restore(&before);
+                return Err(error.into());
+            }
             (run.start_time, run.time, run.protocol) = (start_time, time, protocol);
             return Ok(());
         }
@@ -279,9 +310,42 @@ impl Slave {
         let surface = -settings.padded.effect.offset.height;
         let mut instance = Instance::new(&model, surface)?;
         instance.restore(&saved.snapshot)?;
+        let mut recorder = self.run.as_mut().and_then(|run| run.recorder.take());
+        Recorder::restore(&mut recorder, path, recorded)?;
         self.model = Some(model);
-        self.run = Some(Run { instance, start_time, time, protocol });
+        self.run = Some(Run { instance, start_time, time, protocol, recorder });
         Ok(())
+    }
+}
+
+impl Run {
+    /// A step of `size` (s) from the protocol's time `from` (s): along the protocol, or straight to `target` (m).
+    fn go(&mut self, from: f64, size: f64, target: f64) -> Result<(), StepError> {
+        if let Some(protocol) = &self.protocol {
+            return follow(&mut self.instance, protocol, from, from + size);
+        }
+        self.instance.set_displacement(target);
+        self.instance.advance(size)
+    }
+
+    /// The same with the frames that are due at its ends; without them the step is not made.
+    fn go_recorded(
+        &mut self,
+        recorder: &mut Recorder,
+        from: f64,
+        size: f64,
+        target: f64,
+    ) -> Result<(), SlaveError> {
+        let velocity = (target - self.instance.outputs().displacement) / size;
+        let pace = recorder.before_step(&mut self.instance, self.time, velocity)?;
+        let state = self.instance.save();
+        let moved = self.go(from, size, target).map_err(SlaveError::from);
+        let end = self.start_time + from + size;
+        moved.and_then(|()| Ok(recorder.after_step(&mut self.instance, end)?)).inspect_err(|_| {
+            recorder.undo(&pace);
+            // Cannot fail: the state was saved by this very instance.
+            let _ = self.instance.restore(&state);
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! The native API: `Model -> Instance`, set displacement, advance, outputs, save and restore.
 
+use crate::fields::{Fields, FieldsError};
 use crate::indentation::discretisation::Discretisation;
 use crate::indentation::engine::{Discretised, Engine, EngineState};
 use crate::indentation::motion::Path;
@@ -169,6 +170,32 @@ impl Instance {
         outputs.displacement -= effect.offset.height;
         outputs.force = effect.load_cell_drift.reading(outputs.force, self.state.time);
         outputs
+    }
+
+    /// Fields at the present time, computed beside the run, which goes on as if nobody had asked.
+    ///
+    /// # Errors
+    /// When the model is three-dimensional, or the state at this very time cannot be computed.
+    pub fn fields(&mut self) -> Result<Fields, FieldsError> {
+        if matches!(self.engine, Engine::Paper3d(_)) {
+            return Err(FieldsError::NotIn3d);
+        }
+        let (time, path) = (self.state.time, &self.state.path);
+        let state = match path {
+            None => Arc::new(self.engine.undeformed(time)),
+            Some(path) => path.state_at(&mut self.engine, time)?,
+        };
+        match (&self.engine, &*state) {
+            (Engine::Axisymmetric(stepper), EngineState::Axisymmetric(state)) => {
+                stepper.fields(state, path.is_some())
+            }
+            _ => Err(FieldsError::NotIn3d),
+        }
+    }
+
+    /// The parameters of its model.
+    pub fn parameters(&self) -> &Parameters {
+        self.model.parameters()
     }
 
     /// Derivatives of the force at the present time by the material's parameters, in the order of

@@ -16,6 +16,7 @@ pub mod cosimulation;
 pub mod effect;
 pub mod element;
 pub mod error;
+pub mod fields;
 mod hash;
 pub mod indentation;
 pub mod instance;
@@ -30,6 +31,7 @@ pub mod solver;
 pub mod variables;
 
 pub use error::{ParameterError, StepError};
+pub use fields::{Fields, FieldsError};
 pub use instance::{Instance, Model, Snapshot};
 pub use outputs::{ForceSensitivity, Outputs, Statistics};
 pub use parameters::Parameters;

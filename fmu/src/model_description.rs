@@ -121,6 +121,7 @@ fn scalar_variable(x: &mut String, reference: usize, variable: &Variable) {
         (_, Value::Real(v)) => format!(" start=\"{v:?}\""),
         (_, Value::Integer(v)) => format!(" start=\"{v}\""),
         (_, Value::Boolean(v)) => format!(" start=\"{v}\""),
+        (_, Value::Text(v)) => format!(" start=\"{}\"", escape(&v)),
     };
     let kind = match variable.kind {
         Kind::Real { unit, range } => {
@@ -133,6 +134,7 @@ fn scalar_variable(x: &mut String, reference: usize, variable: &Variable) {
             format!("Integer{range}{start}")
         }
         Kind::Boolean => format!("Boolean{start}"),
+        Kind::Text => format!("String{start}"),
         Kind::Enumeration(e) => {
             format!("Enumeration declaredType=\"{}\" min=\"1\" max=\"{}\"{start}", e.name, e.items.len())
         }

@@ -28,6 +28,12 @@ pub enum SettingError {
         /// Reason.
         source: UnitError,
     },
+    /// A text, which is no number.
+    #[error("{name} is a text and cannot be set as a number; fields are written by `simulate --fields PATH`")]
+    Text {
+        /// Name of the parameter.
+        name: String,
+    },
     /// Neither true nor false.
     #[error("{name}: `{value}` is neither true nor false")]
     NotABoolean {
@@ -131,7 +137,7 @@ pub fn number_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingEr
                 }
             }
         }
-        VariableKind::String => return Err(SettingError::NotAnAssignment(text.to_owned())),
+        VariableKind::String => return Err(SettingError::Text { name }),
     };
     let (min, max) = (variable.min.unwrap_or(f64::NEG_INFINITY), variable.max.unwrap_or(f64::INFINITY));
     if (min..=max).contains(&number) {

@@ -118,6 +118,20 @@ fn a_second_importer_agrees() {
     assert!(worst < 1e-12, "{worst:e}");
 }
 
+/// FMPy sets the path as a start value and ends the run with fmi2Terminate.
+#[test]
+fn fmpy_writes_fields() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let pvd = folder.path().join("fields/P2.pvd");
+    let printed = python(&["fields", archive().to_str().unwrap(), pvd.to_str().unwrap()]);
+    let times: Vec<f64> = printed.split_whitespace().map(|time| time.parse().unwrap()).collect();
+    println!("{} frames: {times:?}", times.len());
+    assert!(times[0] == 0.0 && (times[times.len() - 1] - 2.0).abs() < 1e-9, "{times:?}");
+    // The corner at 0.6875 s is a communication point.
+    assert!(times.iter().any(|time| (time - 0.6875).abs() < 1e-9), "{times:?}");
+    assert_eq!(std::fs::read_dir(pvd.with_extension("")).unwrap().count(), times.len());
+}
+
 #[test]
 fn strange_paths_work_and_nothing_of_the_process_changes() {
     // Nothing is printed either: FMPy prints nothing without inputs, and we never do.

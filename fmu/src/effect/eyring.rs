@@ -58,6 +58,10 @@ impl Flow {
     #[inline(never)]
     pub fn relax(&self, spring: &Ogden, trial: &[f64; 3]) -> Option<Relaxed> {
         let Self { k, c } = *self;
+        if k == 0.0 {
+            // No time passes and nothing flows.
+            return Some(Relaxed { strain: *trial, powers: spring.powers(trial) });
+        }
         // The solution of the linear dashpot: its stress is too large, but finite.
         let share = 1.0 / (1.0 + k * spring.small_strain_stiffness());
         let mut e = trial.map(|t| share * t);

@@ -9,5 +9,6 @@ pub mod load_cell;
 pub mod motion;
 pub mod sample;
 pub mod sensitivity;
+pub mod snapshot;
 pub mod step;
 pub mod trend;

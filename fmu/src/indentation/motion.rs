@@ -204,6 +204,23 @@ impl<S: Reached> Path<S> {
         self.nodes = vec![node];
     }
 
+    /// The state at a time the path has reached, computed beside the path: the path stays as it is.
+    ///
+    /// # Errors
+    /// [`StepError::NoConvergence`].
+    pub fn state_at(
+        &self,
+        stepper: &mut impl Discretisation<State = S>,
+        time: f64,
+    ) -> Result<Arc<S>, StepError>
+    where
+        S: Clone,
+    {
+        let mut beside = self.clone();
+        beside.settle(stepper, time, &mut Statistics::default())?;
+        Ok(beside.base)
+    }
+
     /// Distance from the punch to where it would touch the surface (m).
     fn gap(&self, state: &S) -> f64 {
         state.touch().clearance - self.piece.position(state.time())

@@ -59,7 +59,7 @@ pub struct Stepper {
     pub(super) sample: Arc<Sample>,
     pub(super) material: PointMaterial,
     /// What the material is made from anew at every stage, where its moduli drift.
-    drifting: Option<(MaterialParameters, EffectParameters)>,
+    pub(super) drifting: Option<(MaterialParameters, EffectParameters)>,
     /// Stiffness of the shear layer under the punch (Pa/m), where there is one.
     shear_layer: Option<f64>,
     /// Compliance of the machine (m/N).

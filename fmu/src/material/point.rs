@@ -117,6 +117,11 @@ impl PointMaterial {
         &self.branches
     }
 
+    /// Initial solid volume fraction n0S [-].
+    pub fn n0s(&self) -> f64 {
+        self.n0s
+    }
+
     /// Number of viscous branches, i.e. of history tensors `Cv^-1` per point.
     pub fn branches(&self) -> usize {
         self.branches.len()

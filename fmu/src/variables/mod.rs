@@ -37,8 +37,8 @@ pub enum Variability {
     Continuous,
 }
 
-/// A value of one of the four FMI types (enumerations are integers).
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A value of one of the FMI types (enumerations are integers).
+#[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// Real.
     Real(f64),
@@ -46,6 +46,8 @@ pub enum Value {
     Integer(i32),
     /// Boolean.
     Boolean(bool),
+    /// String.
+    Text(String),
 }
 
 /// Named values, numbered from 1.
@@ -81,6 +83,8 @@ pub enum Kind {
     },
     /// Boolean.
     Boolean,
+    /// String.
+    Text,
     /// Enumeration.
     Enumeration(&'static Enumeration),
 }
@@ -102,6 +106,7 @@ pub(crate) enum Binding {
     Real(fn(&Settings) -> f64, fn(&mut Settings, f64)),
     Integer(fn(&Settings) -> i32, fn(&mut Settings, i32)),
     Boolean(fn(&Settings) -> bool, fn(&mut Settings, bool)),
+    Text(fn(&Settings) -> &str, fn(&mut Settings, String)),
     RealOutput(fn(&Readings) -> f64),
     /// Derivative of a force by the material's parameter with this index.
     Sensitivity(fn(&ForceSensitivity) -> f64, usize),
@@ -174,6 +179,7 @@ impl Variable {
             Binding::Real(get, _) => Value::Real(get(settings)),
             Binding::Integer(get, _) => Value::Integer(get(settings)),
             Binding::Boolean(get, _) => Value::Boolean(get(settings)),
+            Binding::Text(get, _) => Value::Text(get(settings).to_owned()),
             Binding::RealOutput(get) => Value::Real(get(readings)),
             Binding::Sensitivity(get, parameter) => Value::Real(get(&readings.sensitivities[parameter])),
             Binding::IntegerOutput(get) => Value::Integer(get(readings)),
@@ -186,15 +192,16 @@ impl Variable {
     /// When the variable is an output, the type is another one, or the value is not admissible;
     /// the settings are then unchanged.
     pub fn set(&self, settings: &mut Settings, value: Value) -> Result<(), VariableError> {
-        self.check(value)?;
+        self.check(&value)?;
         match (self.binding, value) {
             (Binding::Real(_, set), Value::Real(v)) => set(settings, v),
             (Binding::Integer(_, set), Value::Integer(v)) => set(settings, v),
             (Binding::Boolean(_, set), Value::Boolean(v)) => set(settings, v),
+            (Binding::Text(_, set), Value::Text(v)) => set(settings, v),
             (Binding::RealOutput(_) | Binding::Sensitivity(..) | Binding::IntegerOutput(_), _) => {
                 return Err(VariableError::ReadOnly(self.name.to_owned()));
             }
-            (_, value) => return Err(self.wrong_type(value)),
+            (_, value) => return Err(self.wrong_type(&value)),
         }
         Ok(())
     }
@@ -204,12 +211,13 @@ impl Variable {
         self.get(&Settings::default(), &Readings::default())
     }
 
-    /// The start value as a number (Booleans: 0 or 1).
+    /// The start value as a number (Booleans: 0 or 1; texts are none).
     pub fn start_number(&self) -> f64 {
         match self.start() {
             Value::Real(v) => v,
             Value::Integer(v) => f64::from(v),
             Value::Boolean(v) => f64::from(u8::from(v)),
+            Value::Text(_) => f64::NAN,
         }
     }
 
@@ -233,16 +241,16 @@ impl Variable {
         Err(ParameterError::OutOfRange { name: self.name.to_owned(), value, min, max })
     }
 
-    fn check(&self, value: Value) -> Result<(), VariableError> {
+    fn check(&self, value: &Value) -> Result<(), VariableError> {
         let (number, (min, max), unit) = match (self.kind, value) {
-            (Kind::Real { .. }, Value::Real(v)) if !v.is_finite() => {
+            (Kind::Real { .. }, &Value::Real(v)) if !v.is_finite() => {
                 return Err(VariableError::NotFinite { name: self.name.to_owned(), value: v });
             }
-            (Kind::Real { unit, range: Some(range) }, Value::Real(v)) => (v, range, unit.symbol),
-            (Kind::Integer { range: Some((min, max)) }, Value::Integer(v)) => {
+            (Kind::Real { unit, range: Some(range) }, &Value::Real(v)) => (v, range, unit.symbol),
+            (Kind::Integer { range: Some((min, max)) }, &Value::Integer(v)) => {
                 (f64::from(v), (f64::from(min), f64::from(max)), "")
             }
-            (Kind::Enumeration(e), Value::Integer(v)) => (f64::from(v), (1.0, e.items.len() as f64), ""),
+            (Kind::Enumeration(e), &Value::Integer(v)) => (f64::from(v), (1.0, e.items.len() as f64), ""),
             _ => return Ok(()),
         };
         if (min..=max).contains(&number) {
@@ -251,11 +259,12 @@ impl Variable {
         Err(VariableError::OutOfRange { name: self.name.to_owned(), value: number, min, max, unit })
     }
 
-    pub(crate) fn wrong_type(&self, asked: Value) -> VariableError {
+    pub(crate) fn wrong_type(&self, asked: &Value) -> VariableError {
         let asked = match asked {
             Value::Real(_) => "Real",
             Value::Integer(_) => "Integer",
             Value::Boolean(_) => "Boolean",
+            Value::Text(_) => "String",
         };
         VariableError::WrongType { name: self.name.to_owned(), asked }
     }

@@ -1,5 +1,6 @@
 //! What the variables are bound to: everything settable, and everything readable.
 
+use crate::fields::FieldSettings;
 use crate::material::{MaterialParameter, Spring};
 use crate::parameters::{BranchParameters, OgdenParameters};
 use crate::protocol::Trapezoid;
@@ -32,6 +33,8 @@ pub struct Settings {
     pub source: ProtocolSource,
     /// The built-in protocol.
     pub trapezoid: Trapezoid,
+    /// Where fields are written.
+    pub fields: FieldSettings,
     /// Input: displacement of the punch (m).
     pub displacement: f64,
     /// Input: velocity of the punch (m/s).
@@ -46,6 +49,7 @@ impl Default for Settings {
             padded,
             source: ProtocolSource::default(),
             trapezoid: Trapezoid::default(),
+            fields: FieldSettings::default(),
             displacement: 0.0,
             displacement_rate: 0.0,
         }

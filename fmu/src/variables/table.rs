@@ -8,6 +8,7 @@ use super::{
     Binding, Causality, Enumeration, Identification, Kind, ProtocolSource, Readings, Variability, Variable,
     sensitivities,
 };
+use crate::fields::Frames;
 use crate::parameters::{LinearSolverKind, MeshKind, MeshPreset, TimeScheme};
 
 const MESH_PRESET: Enumeration = Enumeration {
@@ -44,6 +45,18 @@ const PROTOCOL_SOURCE: Enumeration = Enumeration {
     items: &[
         ("inputs", "The punch follows the inputs displacement and displacement_rate"),
         ("trapezoid", "The punch follows the built-in protocol; the inputs are ignored"),
+    ],
+};
+
+const FIELD_FRAMES: Enumeration = Enumeration {
+    name: "FieldFrames",
+    items: &[
+        (
+            "adaptive",
+            "When the punch has moved by a twentieth of its radius, turns or stops, and ever wider apart while it \
+             rests: some thirty frames of a load and hold",
+        ),
+        ("every_step", "At every communication point"),
     ],
 };
 
@@ -530,8 +543,32 @@ const PROTOCOL: &[Variable] = &[
     ),
 ];
 
+const FIELDS: &[Variable] = &[
+    variable(
+        "fields.path",
+        "Path of a .pvd file that the fields of the sample are written to while the FMU runs, for ParaView; its \
+             frames (.vtu) go to the folder of the same name beside it. Empty: nothing is written. One path for each \
+             instance",
+        Kind::Text,
+        Binding::Text(|s| &s.fields.path, |s, v| s.fields.path = v),
+    ),
+    variable(
+        "fields.frames",
+        "Which communication points become frames; the first and the last (at fmi2Terminate) always do",
+        Kind::Enumeration(&FIELD_FRAMES),
+        choice!(Frames::Adaptive, [Frames::Adaptive, Frames::EveryStep], fields.frames),
+    ),
+    real(
+        "fields.interval",
+        "Least simulated time between two frames",
+        &SECOND,
+        DURATION,
+        field!(Real, fields.interval),
+    ),
+];
+
 /// The sections in the order of the value references; those of the effects follow.
-const SECTIONS: [&[Variable]; 16] = [
+const SECTIONS: [&[Variable]; 17] = [
     INPUTS,
     OUTPUTS,
     STATISTICS,
@@ -548,6 +585,7 @@ const SECTIONS: [&[Variable]; 16] = [
     &sensitivities::FORCE,
     &sensitivities::FORCE_SOLID,
     &sensitivities::FORCE_FLUID,
+    FIELDS,
 ];
 
 /// A section of the table by its number.

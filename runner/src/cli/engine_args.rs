@@ -51,7 +51,20 @@ impl EngineArguments {
         stop: &Arc<AtomicBool>,
     ) -> Result<Engine, EngineError> {
         let (input, output) = (self.input.clone(), self.output.clone());
-        let names = Names { input, output, extra: extra.to_vec(), sensitivities };
+        let names = Names { input, output, extra: extra.to_vec(), sensitivities, ..Names::default() };
+        self.engine_of(names, cache, stop)
+    }
+
+    /// The same for given names.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn engine_of(
+        &self,
+        names: Names,
+        cache: Option<PathBuf>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Engine, EngineError> {
         let (fmu, stop) = (self.fmu.clone(), Arc::clone(stop));
         Engine::new(&EngineOptions { fmu, names, workers: self.jobs, cache, stop })
     }
@@ -77,7 +90,8 @@ pub fn show_notes(measurement: &Measurement) {
 pub fn parameter_help() -> String {
     let mut text = "Parameters of poropunch's FMU (NAME [unit] = default: description):\n".to_owned();
     let parameters = || variables::table().iter().filter(|v| v.causality == Causality::Parameter);
-    for v in parameters().filter(|v| !v.name.starts_with("protocol.")) {
+    let numbers = parameters().filter(|v| v.kind != Kind::Text);
+    for v in numbers.filter(|v| !v.name.starts_with("protocol.")) {
         let _ = writeln!(text, "  {}", parameter_line(v));
     }
     text.push_str(
@@ -99,7 +113,7 @@ fn parameter_line(v: &Variable) -> String {
             // Avoids 9.999999e-1 after the change of unit.
             format!("{}", format!("{shown:.6e}").parse().unwrap_or(shown))
         }
-        Kind::Integer { .. } => v.start_number().to_string(),
+        Kind::Integer { .. } | Kind::Text => v.start_number().to_string(),
     };
     let unit = v.unit().map(|u| u.display).filter(|u| *u != "1").map(|u| format!(" [{u}]"));
     format!("{}{} = {start}: {}", v.name, unit.unwrap_or_default(), v.description)

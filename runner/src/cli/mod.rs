@@ -12,6 +12,7 @@ mod batch;
 mod challenge;
 mod diagnose;
 pub mod engine_args;
+mod fields;
 mod identify;
 mod inspect;
 mod package;

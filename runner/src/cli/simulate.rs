@@ -1,11 +1,12 @@
 //! `runner simulate`: motion in, force curve out.
 
 use super::engine_args::EngineArguments;
+use super::fields::FieldArguments;
 use super::plots::force_plot;
 use super::protocols::motion;
 use super::{CliResult, Ending};
 use crate::output::{curve_csv, write_file};
-use crate::pool::wiring::asks_for;
+use crate::pool::wiring::{Names, asks_for};
 use crate::pool::{Job, Priority, RunFailure};
 use crate::setting::settings_from;
 use clap::Args;
@@ -34,6 +35,8 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 300)]
     points: usize,
     #[command(flatten)]
+    fields: FieldArguments,
+    #[command(flatten)]
     engine: EngineArguments,
 }
 
@@ -41,7 +44,15 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let motion = motion(&arguments.motion, arguments.cycles, arguments.points)?;
     let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };
-    let engine = single.engine(&arguments.record, false, None, stop)?;
+    let pvd = arguments.fields.pvd(&motion.name);
+    let names = Names {
+        input: single.input.clone(),
+        output: single.output.clone(),
+        extra: arguments.record.clone(),
+        texts: FieldArguments::texts(pvd.as_deref())?,
+        ..Names::default()
+    };
+    let engine = single.engine_of(names, None, stop)?;
     for name in &arguments.record {
         let recorded = engine.wiring().outputs.iter().any(|p| asks_for(name, &p.name));
         if !recorded && engine.is_own() {
@@ -49,6 +60,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         }
     }
     let mut parameters = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    parameters.extend(arguments.fields.parameters());
     if engine.wiring().outputs.iter().any(|p| p.name.starts_with(sensitivities::PREFIX)) {
         parameters.entry(sensitivities::SWITCH.to_owned()).or_insert(1.0);
     }
@@ -70,6 +82,9 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         say!("peak force {:.3} mN at {time:.3} s", peak * 1e3);
     }
     say!("wrote {} and {}", csv.display(), svg.display());
+    if let Some(pvd) = pvd {
+        say!("wrote the fields to {}: open it in ParaView", pvd.display());
+    }
     Ok(Ending::Complete)
 }
 

@@ -83,6 +83,8 @@ functions! {
     set_real: "fmi2SetReal" as Set<f64>;
     set_integer: "fmi2SetInteger" as Set<c_int>;
     set_boolean: "fmi2SetBoolean" as Set<c_int>;
+    #[optional] get_string: "fmi2GetString" as Get<*const c_char>;
+    #[optional] set_string: "fmi2SetString" as Set<*const c_char>;
     do_step: "fmi2DoStep" as unsafe extern "C" fn(Component, f64, f64, c_int) -> c_int;
     #[optional] set_input_derivatives: "fmi2SetRealInputDerivatives" as unsafe extern "C" fn(
         Component, *const u32, usize, *const c_int, *const f64) -> c_int;

@@ -72,11 +72,8 @@ impl FmuInstance {
             environment,
         });
         let description = fmu.shared_description().clone();
-        let text = |text: &str| {
-            CString::new(text).map_err(|_| FmiError::Refused(format!("`{text}` contains a zero byte")))
-        };
-        let (name, guid) = (text(name)?, text(&description.guid)?);
-        let resources = fmu.files().map(|files| text(&files.resource_uri())).transpose()?;
+        let (name, guid) = (c_text(name)?, c_text(&description.guid)?);
+        let resources = fmu.files().map(|files| c_text(&files.resource_uri())).transpose()?;
         let resources = resources.as_ref().map_or(std::ptr::null(), |uri| uri.as_ptr());
         let binary = fmu.binary().clone();
         // SAFETY: all strings live until the call returns; callbacks and messages as long as the component.
@@ -316,11 +313,55 @@ access!(get_real, set_real, f64, f64, "fmi2GetReal", "fmi2SetReal", |v| v, |v| v
 access!(get_integer, set_integer, i32, c_int, "fmi2GetInteger", "fmi2SetInteger", |v| v, |v| v);
 access!(get_boolean, set_boolean, bool, c_int, "fmi2GetBoolean", "fmi2SetBoolean", |v| v != 0, c_int::from);
 
+impl FmuInstance {
+    /// Values of texts.
+    ///
+    /// # Errors
+    /// As the FMU says, or when it has none.
+    pub fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, FmiError> {
+        let get = self.binary.get_string.ok_or(FmiError::NotSupported("give texts"))?;
+        let mut values = vec![std::ptr::null(); references.len()];
+        // SAFETY: a live component of this library; the arrays have the stated length.
+        let status =
+            unsafe { get(self.component, references.as_ptr(), references.len(), values.as_mut_ptr()) };
+        self.check("fmi2GetString", status)?;
+        let copy = |value: *const c_char| {
+            if value.is_null() {
+                return String::new();
+            }
+            // SAFETY: not NULL, and a C string of the FMU's that lives until its next call.
+            unsafe { CStr::from_ptr(value) }.to_string_lossy().into_owned()
+        };
+        Ok(values.into_iter().map(copy).collect())
+    }
+
+    /// Sets texts.
+    ///
+    /// # Errors
+    /// As the FMU says, or when it takes none.
+    ///
+    /// # Panics
+    /// When the slices differ in length.
+    pub fn set_string(&mut self, references: &[u32], values: &[&str]) -> Result<(), FmiError> {
+        assert_eq!(references.len(), values.len(), "slices differ in length");
+        let set = self.binary.set_string.ok_or(FmiError::NotSupported("take texts"))?;
+        let texts: Vec<CString> = values.iter().map(|value| c_text(value)).collect::<Result<_, _>>()?;
+        let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
+        // SAFETY: a live component of this library; the arrays have the stated length and outlive the call.
+        let status = unsafe { set(self.component, references.as_ptr(), references.len(), pointers.as_ptr()) };
+        self.check("fmi2SetString", status)
+    }
+}
+
 impl Drop for FmuInstance {
     fn drop(&mut self) {
         // SAFETY: a live component of this library, not used afterwards.
         unsafe { (self.binary.free_instance)(self.component) };
     }
+}
+
+fn c_text(text: &str) -> Result<CString, FmiError> {
+    CString::new(text).map_err(|_| FmiError::Refused(format!("`{text}` contains a zero byte")))
 }
 
 fn reason(messages: &Messages) -> String {

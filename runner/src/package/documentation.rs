@@ -1,5 +1,6 @@
 //! `documentation/index.html` of the archive, from the variable table.
 
+use poropunch::fields::QUANTITIES;
 use poropunch::variables::{Causality, Kind, Value, Variable, table};
 
 const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:70em;margin:2em auto;padding:0 1em}\
@@ -46,11 +47,27 @@ pub fn documentation() -> String {
          <p>A flat cylindrical punch is pressed into a soft, water-saturated disc: finite-strain biphasic \
          theory, Ogden equilibrium, viscous branches, Darcy flow. SI units; displacement and force are \
          positive into the sample. A branch with <code>mu = 0</code> is absent. The punch may \
-         retract and touch again; it never pulls at the sample.</p>\n{USE}{}{}{}</body></html>\n",
+         retract and touch again; it never pulls at the sample.</p>\n{USE}{}{}{}{}</body></html>\n",
         env!("CARGO_PKG_VERSION"),
+        fields(),
         section("Inputs", Causality::Input),
         section("Outputs", Causality::Output),
         section("Parameters", Causality::Parameter),
+    )
+}
+
+/// What a series of fields holds.
+fn fields() -> String {
+    let row = |q: &poropunch::fields::Quantity| {
+        format!("<tr><td><code>{}</code></td><td>{}</td><td>{}</td></tr>\n", q.name, q.unit, q.description)
+    };
+    let rows: String = QUANTITIES.iter().map(row).collect();
+    format!(
+        "<h2>Fields for ParaView</h2>\n<p>The parameter <code>fields.path</code>, in FMPy \
+         <code>start_values={{\"fields.path\": \"fields/P2.pvd\"}}</code>, makes the FMU write a series of VTU files \
+         with its .pvd while it runs. Points are (r, 0, z), z upwards from the bottom of the sample; Warp By \
+         Vector takes <code>displacement_m</code>.</p>\n\
+         <table><tr><th>array</th><th>unit</th><th>meaning</th></tr>\n{rows}</table>\n"
     )
 }
 
@@ -68,6 +85,7 @@ fn row(variable: &Variable) -> String {
             (range.map(|(min, max)| format!("{min} to {max}")).unwrap_or_default(), String::new())
         }
         Kind::Boolean => ("true, false".to_owned(), String::new()),
+        Kind::Text => ("text".to_owned(), String::new()),
         Kind::Enumeration(e) => {
             let items = e.items.iter().zip(1..).map(|((name, _), value)| format!("{value} {name}"));
             (items.collect::<Vec<_>>().join(", "), String::new())
@@ -78,6 +96,7 @@ fn row(variable: &Variable) -> String {
         (_, Value::Real(v)) => format!("{v:?}"),
         (_, Value::Integer(v)) => v.to_string(),
         (_, Value::Boolean(v)) => v.to_string(),
+        (_, Value::Text(v)) => format!("\"{v}\""),
     };
     let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     format!(

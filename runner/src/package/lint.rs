@@ -150,8 +150,16 @@ fn lint_starts(fmu: &Fmu) -> Result<Vec<String>, FmiError> {
     instance.enter_initialization_mode()?;
     let mut problems = Vec::new();
     for variable in &fmu.description().variables {
-        let Some(start) = variable.start_number() else { continue };
         let reference = [variable.value_reference];
+        if variable.kind == VariableKind::String {
+            let (actual, start) = (instance.get_string(&reference)?, &variable.start);
+            if start.as_ref().is_some_and(|start| *start != actual[0]) {
+                let name = &variable.name;
+                problems.push(format!("{name}: start is another in the description than in the binary"));
+            }
+            continue;
+        }
+        let Some(start) = variable.start_number() else { continue };
         let actual = match variable.kind {
             VariableKind::Real => instance.get_real(&reference)?[0],
             VariableKind::Integer | VariableKind::Enumeration => {

@@ -59,6 +59,9 @@ fn simulate(
     let protocol = &job.protocol;
     let start = protocol.start_time();
     set_parameters(instance, wiring, job)?;
+    for (reference, text) in &wiring.texts {
+        attempt(instance, |i| i.set_string(&[*reference], &[text]))?;
+    }
     attempt(instance, |i| i.setup_experiment(start, None))?;
     attempt(instance, FmuInstance::enter_initialization_mode)?;
     set_input(instance, &wiring.input, protocol.displacement(start))?;
@@ -76,6 +79,10 @@ fn simulate(
             time = until;
         }
         record(instance, wiring, protocol, target, &mut curve)?;
+    }
+    if !wiring.texts.is_empty() {
+        // What the FMU writes ends here.
+        attempt(instance, FmuInstance::terminate)?;
     }
     Ok(curve)
 }

@@ -46,6 +46,8 @@ pub struct Wiring {
     pub sensitivities: BTreeMap<String, usize>,
     /// Settable parameters by name.
     pub parameters: BTreeMap<String, ScalarVariable>,
+    /// Texts that every run sets: value references and values. A run that writes files is one of these.
+    pub texts: Vec<(u32, String)>,
 }
 
 /// What the user asked for, where it is not poropunch's own FMU.
@@ -59,6 +61,8 @@ pub struct Names {
     pub extra: Vec<String>,
     /// Whether to record the derivatives of the force, where the FMU has them.
     pub sensitivities: bool,
+    /// Texts that every run sets: names of parameters and values.
+    pub texts: Vec<(String, String)>,
 }
 
 /// In [`Names::extra`]: every real output but the sensitivities.
@@ -87,6 +91,14 @@ pub enum WiringError {
         available: String,
         /// Option of the command line.
         option: &'static str,
+    },
+    /// No such text.
+    #[error("the FMU `{model}` has no text parameter `{name}`: only poropunch's own FMU writes fields")]
+    NoSuchText {
+        /// Name of the model.
+        model: String,
+        /// Name looked for.
+        name: String,
     },
     /// A unit that is unknown or of another quantity.
     #[error(
@@ -136,12 +148,19 @@ impl Wiring {
                 outputs.push(Port { name, reference: v.value_reference, factor });
             }
         }
-        Ok(Self { input, drive, outputs, sensitivities: found, parameters })
+        let text = |(name, value): &(String, String)| {
+            let known = parameters.get(name).filter(|v| v.kind == VariableKind::String);
+            let missing =
+                || WiringError::NoSuchText { model: description.model_name.clone(), name: name.clone() };
+            known.map(|v| (v.value_reference, value.clone())).ok_or_else(missing)
+        };
+        let texts = names.texts.iter().map(text).collect::<Result<_, _>>()?;
+        Ok(Self { input, drive, outputs, sensitivities: found, parameters, texts })
     }
 
     /// What a run's result depends on besides the FMU and the job.
     pub fn identity(&self) -> String {
-        format!("{:?} {:?} {:?}", self.input, self.drive, self.outputs)
+        format!("{:?} {:?} {:?} {:?}", self.input, self.drive, self.outputs, self.texts)
     }
 }
 

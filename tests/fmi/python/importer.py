@@ -3,6 +3,7 @@
 importer.py validate FMU              exit code 1 and the problems, if any
 importer.py simulate FMU WAY STEP OUT P2 to 2 s, input given in one of four ways, result as CSV
 importer.py resume FMU STATE OUT      two more steps from a state serialised by another process
+importer.py fields FMU PVD            P2 to 2 s with fields, and again without: the same forces
 importer.py strange FMU               a path with space, umlaut, # and %; nothing of the process changes
 importer.py many FMU N                N calls of simulate_fmu; growth of the process in MB
 importer.py loads FMU N               N loads and frees of the library; growth of the process in MB
@@ -16,6 +17,7 @@ import shutil
 import signal
 import sys
 import tempfile
+from xml.etree import ElementTree
 
 import numpy as np
 from fmpy import extract, read_model_description, simulate_fmu
@@ -121,6 +123,15 @@ def resume(fmu, state):
     return rows
 
 
+def fields(fmu, pvd):
+    def force(start):
+        start = {**COARSE, "protocol.source": 2, **start}
+        return simulate_fmu(fmu, stop_time=STOP, output_interval=0.0125, start_values=start, output=["force"])
+
+    assert (force({"fields.path": pvd})["force"] == force({})["force"]).all()
+    print("\n".join(node.get("timestep") for node in ElementTree.parse(pvd).getroot().iter("DataSet")))
+
+
 def strange(fmu):
     libm = ctypes.CDLL("libm.so.6")
 
@@ -200,6 +211,8 @@ def main(command, fmu, *rest):
         write(rest[2], simulate(fmu, rest[0], float(rest[1])))
     elif command == "resume":
         write(rest[1], resume(fmu, rest[0]))
+    elif command == "fields":
+        fields(fmu, rest[0])
     elif command == "strange":
         strange(fmu)
     elif command == "many":
