@@ -151,6 +151,7 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
         let scratch = tempfile::tempdir()?;
         let asked = diagnose::Arguments {
             measurements: vec![case.join("P1.csv"), case.join("P2.csv")],
+            published: None,
             quick: arguments.quick,
             out: scratch.path().to_owned(),
             cache: None,

@@ -10,6 +10,7 @@ use crate::diagnosis::diagnose::{DiagnosisError, Effort, diagnose};
 use crate::diagnosis::observation::observe;
 use crate::diagnosis::page::page;
 use crate::diagnosis::problem::Setup;
+use crate::diagnosis::published;
 use crate::diagnosis::result::Diagnosis;
 use crate::diagnosis::summary::{About, summary};
 use crate::diagnosis::wording::table;
@@ -17,8 +18,11 @@ use crate::fit::{EvaluationFailure, FitError};
 use crate::inspection::{Options, examine};
 use crate::objective::{ParameterMap, Requests};
 use crate::output::write_file;
+use crate::pool::{Job, Priority, RunFailure};
+use crate::setting::settings_from;
 use clap::Args;
-use std::path::PathBuf;
+use poropunch::protocol::{ProtocolError, Trapezoid};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -27,8 +31,11 @@ use std::sync::atomic::AtomicBool;
 pub struct Arguments {
     /// Measurements, all explained together: CSV files with time_s,displacement_mm,force_mN; or a directory with
     /// one file per specimen of a test; or NAME=FILE,FILE,...
-    #[arg(value_name = "MEASUREMENT", required = true)]
+    #[arg(value_name = "MEASUREMENT", required_unless_present = "published")]
     pub(super) measurements: Vec<PathBuf>,
+    /// Instead of curves, published peaks and relaxations of two protocols (a CSV file): what their ratios say
+    #[arg(long, value_name = "FILE", conflicts_with = "measurements")]
+    pub(super) published: Option<PathBuf>,
     /// Screening, and a refit of the two leading effects only
     #[arg(long)]
     pub(super) quick: bool,
@@ -53,12 +60,45 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+    if let Some(file) = &arguments.published {
+        return ratios_of(file, arguments, stop);
+    }
     let Some(diagnosis) = diagnosis_of(arguments, stop)? else { return Ok(Ending::Interrupted) };
     say!("{}", table(&diagnosis));
     let json = serde_json::to_string_pretty(&diagnosis)?;
     write_file(&arguments.out.join("diagnosis.json"), json.as_bytes())?;
     write_file(&arguments.out.join("diagnosis.html"), page(&diagnosis).as_bytes())?;
     say!("wrote diagnosis.json and diagnosis.html to {}", arguments.out.display());
+    Ok(Ending::Complete)
+}
+
+/// What published ratios say beside the model's own effect of the rate.
+fn ratios_of(file: &Path, arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+    let lines = published::read(file)?;
+    let engine = arguments.engine.engine(&[], false, None, stop)?;
+    let parameters = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    let run = |trapezoid: Trapezoid| -> Result<_, ProtocolError> {
+        let protocol = trapezoid.first_hold()?;
+        let time_s = vec![protocol.points()[1].0, protocol.end_time()].into();
+        let job = Job { parameters: parameters.clone(), protocol: Arc::new(protocol), time_s };
+        Ok(engine.submit(&job, Priority::Urgent))
+    };
+    let runs = [run(Trapezoid::p1())?, run(Trapezoid::p2())?];
+    // The peak of a ramp-and-hold is at the end of its ramp.
+    let mut kept = Vec::new();
+    for run in &runs {
+        let curve = match run.wait() {
+            Ok(curve) => curve,
+            Err(RunFailure::Cancelled) => return Ok(Ending::Interrupted),
+            Err(failure) => return Err(format!("the simulation failed: {failure}").into()),
+        };
+        kept.push(curve.force_n()[0] / curve.force_n()[1]);
+    }
+    let model = kept[1] / kept[0];
+    for ratios in published::ratios(&lines) {
+        say!("{}", ratios.words(model));
+    }
+    say!("{}", published::UNDECIDED);
     Ok(Ending::Complete)
 }
 

@@ -25,6 +25,7 @@ pub mod observation;
 pub mod page;
 pub mod parity;
 pub mod problem;
+pub mod published;
 pub mod refinement;
 pub mod result;
 pub mod screening;

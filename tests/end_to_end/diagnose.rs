@@ -1,0 +1,111 @@
+//! `diagnose` and `challenge`: the cause of a gap from files alone.
+//!
+//! Set-up: coarse mesh, `--quick`. Practice data come from an independent solver with one effect each
+//! (data/practice/answers.csv); the null case is that solver's plain model.
+
+use crate::program::{directory, fail, json, repository, run, succeed, text};
+use serde_json::Value;
+use std::path::Path;
+
+fn diagnose(folder: &str, out: &Path) -> Value {
+    let files = ["P1.csv", "P2.csv"].map(|f| repository(&format!("{folder}/{f}")));
+    let printed = succeed(&[
+        "diagnose",
+        text(&files[0]),
+        text(&files[1]),
+        "--mesh",
+        "coarse",
+        "--quick",
+        "--out",
+        text(out),
+    ]);
+    let found = json(&out.join("diagnosis.json"));
+    assert_eq!(printed.lines().next(), found["verdict"]["text"].as_str());
+    let page = std::fs::read_to_string(out.join("diagnosis.html")).expect("a page");
+    assert!(page.contains("</html>") && !page.contains("http://") && page.contains("<svg"));
+    found
+}
+
+/// Goal: the effect that was put in is found, with its size. Reference: a lag of 0.20 s, the catalogue's scale is
+/// 0.05 s. Tolerance: 3 deviations of the refit, and 5 %.
+#[test]
+fn a_load_cell_lag_is_found_with_its_size() {
+    let d = directory();
+    let found = diagnose("data/practice/lag", d.path());
+    assert_eq!(found["verdict"]["kind"], "effect");
+    assert_eq!(found["verdict"]["effects"][0], "load_cell_lag");
+    let model = &found["models"][0];
+    let (size, sigma) =
+        (model["magnitudes"][0][0].as_f64().unwrap(), model["magnitudes"][0][1].as_f64().unwrap());
+    assert!((size - 4.0).abs() < (3.0 * sigma).min(0.2), "{size} +- {sigma}");
+    assert!(found["shrinkage"]["value"].as_f64().unwrap() > 0.8);
+}
+
+/// Goal: data of the plain model are accused of nothing.
+#[test]
+fn data_of_the_plain_model_have_no_gap() {
+    let d = directory();
+    let found = diagnose("data/measurement/table1-one-cycle", d.path());
+    assert_eq!(found["verdict"]["kind"], "no gap", "{}", found["verdict"]["text"]);
+    assert_eq!(found["verdict"]["effects"].as_array().unwrap().len(), 0);
+    assert!(found["shrinkage"].is_null());
+}
+
+/// Goal: the published numbers are read as the design says; what they cannot decide is told.
+#[test]
+fn the_papers_first_cycle_is_amplitude_not_rate() {
+    let file = repository("data/published/measured.csv");
+    let printed = succeed(&["diagnose", "--published", text(&file), "--mesh", "coarse"]);
+    let first = printed.lines().next().unwrap();
+    assert!(first.starts_with(
+        "hydrogel, cycle 1, P2 against P1: amplitude between the two protocols' specimens, not rate"
+    ));
+    assert!(printed.contains("of the model 1.0") && printed.contains("Not to be decided"), "{printed}");
+}
+
+/// Goal: the answer cannot depend on the key: it is the same with the key beside the cases and without. Set-up: one case, two
+/// evaluations per fit, which is enough for the question.
+#[test]
+fn the_answer_does_not_know_the_key() {
+    let d = directory();
+    let (cases, key) = (d.path().join("cases"), d.path().join("key.json"));
+    let make =
+        ["challenge", "make", "--seed", "11", "--cases", "1", "--out", text(&cases), "--key", text(&key)];
+    succeed(&[&make[..], &["--mesh", "coarse"]].concat());
+    let answer = || -> Value {
+        let answers = cases.join("answers");
+        if answers.exists() {
+            std::fs::remove_dir_all(&answers).unwrap();
+        }
+        let mesh = ["--mesh", "coarse", "--max-evaluations", "2"];
+        succeed(&[&["challenge", "answer", text(&cases), "--quick"][..], &mesh].concat());
+        let file = std::fs::read_dir(&answers).unwrap().next().unwrap().unwrap().path();
+        let mut found = json(&file);
+        found["seconds"] = Value::Null;
+        found
+    };
+    let with_key = answer();
+    let hidden = d.path().join("elsewhere.json");
+    std::fs::rename(&key, &hidden).unwrap();
+    assert_eq!(with_key, answer());
+    let message = fail(&["challenge", "score", text(&cases), "--key", text(&key)]);
+    assert!(message.contains("key.json"), "{message}");
+    let printed = succeed(&["challenge", "score", text(&cases), "--key", text(&hidden)]);
+    assert!(printed.contains("false accusations") && printed.contains("white-noise BIC"), "{printed}");
+    std::fs::write(&hidden, "{}").unwrap();
+    let message = fail(&["challenge", "score", text(&cases), "--key", text(&hidden)]);
+    assert!(message.contains("not the key that was sealed"), "{message}");
+}
+
+#[test]
+fn what_is_no_measurement_is_refused() {
+    let d = directory();
+    let file = d.path().join("a.csv");
+    std::fs::write(&file, "time_s,displacement_mm\n0,0\n1,1\n").unwrap();
+    let message = fail(&["diagnose", text(&file)]);
+    assert!(message.contains("a.csv") && message.contains("force"), "{message}");
+    std::fs::write(&file, "material,cycle\ngel,x\n").unwrap();
+    let message = fail(&["diagnose", "--published", text(&file)]);
+    assert!(message.contains("a.csv") && message.contains("relaxation_percent"), "{message}");
+    assert_eq!(run(&["diagnose"]).status.code(), Some(2));
+}
