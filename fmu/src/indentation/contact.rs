@@ -13,6 +13,7 @@
 //! against the friction, until its motion turns. It does so in patches of at least a tenth of the punch's radius:
 //! the rings of small elements at the edge would be squeezed if they slid one by one.
 
+use super::profile::{Face, Profile};
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
 use crate::parameters::BoundaryParameters;
@@ -42,6 +43,7 @@ pub struct Surface {
     nodes: Vec<SurfaceNode>,
     /// Their places in the order of the mesh's numbers.
     in_mesh_order: Vec<usize>,
+    profile: Profile,
     /// Friction coefficient of a bonded face; a frictionless one has none.
     friction: Option<f64>,
     /// Corners that slide together.
@@ -170,7 +172,7 @@ impl Contact {
 
 impl Surface {
     /// The nodes under the punch.
-    pub fn new(mesh: &Mesh, geometry: &Geometry, boundary: &BoundaryParameters) -> Self {
+    pub fn new(mesh: &Mesh, geometry: &Geometry, boundary: &BoundaryParameters, profile: Profile) -> Self {
         let node = |n: u32| SurfaceNode {
             radius: mesh.nodes[n as usize][0],
             radial: mesh.displacement(n),
@@ -187,7 +189,7 @@ impl Surface {
         let corners: Vec<f64> = nodes.iter().step_by(2).map(|n| n.radius).collect();
         let friction = boundary.bonded_punch.then_some(boundary.friction);
         let (patches, lengths) = (patches(&corners), lengths(&corners));
-        Self { nodes, in_mesh_order, friction, patches, lengths, sides }
+        Self { nodes, in_mesh_order, profile, friction, patches, lengths, sides }
     }
 
     /// The nodes, from the axis outwards.
@@ -202,8 +204,10 @@ impl Surface {
 
     /// The contact of the undeformed sample with a punch that just touches it.
     pub fn touched(&self) -> Contact {
+        let at_tip = |node: &SurfaceNode| self.profile.at(node.radius).height <= 0.0;
+        let status = |node: &SurfaceNode| if at_tip(node) { Status::Held } else { Status::Open };
         Contact {
-            corners: vec![Status::Held; self.nodes.len().div_ceil(2)],
+            corners: self.nodes.iter().step_by(2).map(status).collect(),
             held: vec![0.0; self.nodes.len()],
         }
     }
@@ -213,13 +217,29 @@ impl Surface {
         contact.held.len() == self.nodes.len() && contact.corners.len() == self.nodes.len().div_ceil(2)
     }
 
-    /// Height of the punch's face above its tip where a node is in contact (m).
-    pub fn height(&self, _node: usize, _contact: &Contact) -> f64 {
-        0.0
+    /// Profile of the punch's face.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
     }
 
-    /// Radial force of the punch on a sliding node over its pressure.
-    pub fn drag(&self, node: usize, contact: &Contact) -> f64 {
+    /// The punch's face where a node is held (m).
+    pub fn face(&self, node: usize, contact: &Contact) -> Face {
+        self.profile.at(self.nodes[node].radius + contact.held[node])
+    }
+
+    /// Height of the punch's face above its tip where a node is held (m).
+    pub fn height(&self, node: usize, contact: &Contact) -> f64 {
+        self.face(node, contact).height
+    }
+
+    /// The punch's face over a node that is displaced by the unknowns `x`.
+    fn face_over(&self, node: usize, x: &[f64]) -> Face {
+        let node = &self.nodes[node];
+        self.profile.at(node.radius + x[node.radial])
+    }
+
+    /// Friction force of the punch on a sliding node over its pressure.
+    pub fn friction(&self, node: usize, contact: &Contact) -> f64 {
         self.friction.unwrap_or(0.0) * contact.friction(node)
     }
 
@@ -230,16 +250,28 @@ impl Surface {
 
     /// Where the surface lies with the unknowns `x`.
     pub fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
-        let corners = self.nodes.iter().step_by(2).zip(&contact.corners);
-        let open = corners.filter(|(_, status)| **status == Status::Open);
-        let clearance = open.map(|(node, _)| -x[node.axial]).fold(f64::INFINITY, f64::min);
+        let open = (0..contact.corners.len()).filter(|&k| contact.corners[k] == Status::Open);
+        let clearance = open.map(|k| -self.above_tip(k, x)).fold(f64::INFINITY, f64::min);
         let level = self.nodes.iter().map(|n| x[n.axial]).sum::<f64>() / self.nodes.len() as f64;
         Touch { in_contact: contact.any(), clearance, level }
     }
 
+    /// How far a corner is above a face whose tip is at the undeformed surface (m).
+    fn above_tip(&self, corner: usize, x: &[f64]) -> f64 {
+        x[self.nodes[2 * corner].axial] - self.face_over(2 * corner, x).height
+    }
+
+    /// Shear, positive outwards, and pressure of the punch on a corner, both along its face (N).
+    fn reaction(&self, corner: usize, contact: &Contact, trial: &Trial<'_>) -> (f64, f64) {
+        let (radial, pressure) = self.hat_reaction(corner, contact, trial.forces);
+        let slope = self.face_over(2 * corner, trial.x).slope;
+        let length = (1.0 + slope * slope).sqrt();
+        ((radial - slope * pressure) / length, (pressure + slope * radial) / length)
+    }
+
     /// Radial force and pressure of the punch on a corner, against its hat function (N); `forces` are the nodal
     /// ones.
-    fn reaction(&self, corner: usize, contact: &Contact, forces: &[f64]) -> (f64, f64) {
+    fn hat_reaction(&self, corner: usize, contact: &Contact, forces: &[f64]) -> (f64, f64) {
         let middle = 2 * corner;
         let neighbours = [middle.checked_sub(1), Some(middle + 1).filter(|&k| k < self.nodes.len())];
         let (mut radial, mut axial) = (forces[self.nodes[middle].radial], forces[self.nodes[middle].axial]);
@@ -274,7 +306,7 @@ impl Surface {
         if slid {
             return None;
         }
-        let reactions = patch.clone().filter(is_closed).map(|k| self.reaction(k, contact, trial.forces));
+        let reactions = patch.clone().filter(is_closed).map(|k| self.reaction(k, contact, trial));
         let pulled = reactions.clone().any(|(_, pressure)| pressure < -trial.slack.force);
         let (shear, pressure) = reactions.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
         let neighbour = |k: usize| contact.corners.get(k).is_some_and(|status| *status != Status::Held);
@@ -312,8 +344,8 @@ impl Surface {
             let closed = patch.clone().map(|k| contact.corners[k]).find(|status| *status != Status::Open);
             for k in patch.clone() {
                 let is_open = before.corners[k] == Status::Open;
-                let above_face = trial.x[self.nodes[2 * k].axial] + trial.indentation;
-                if !is_open && self.reaction(k, &before, trial.forces).1 < -trial.slack.force {
+                let above_face = self.above_tip(k, trial.x) + trial.indentation;
+                if !is_open && self.reaction(k, &before, trial).1 < -trial.slack.force {
                     contact.corners[k] = Status::Open;
                     past.opened[k] = true;
                     solve_again = true;

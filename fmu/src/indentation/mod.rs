@@ -7,6 +7,7 @@ pub mod discretisation;
 pub mod engine;
 pub mod load_cell;
 pub mod motion;
+pub mod profile;
 pub mod sample;
 pub mod sensitivity;
 pub mod step;
