@@ -53,6 +53,7 @@ effects!(
     drained_punch,
     drainage,
     specimen_size,
+    adhesion,
     offset,
     compliance,
     load_cell_drift,
@@ -89,6 +90,7 @@ impl EffectParameters {
                 (effect.modulus_drift.is_active(), "effect.modulus_drift.rate"),
                 (effect.amplitude.is_active(), "effect.amplitude.log_factor"),
                 (slips, "effect.slip.compliance"),
+                (effect.adhesion.is_active(), "effect.adhesion.strength"),
                 (effect.compliance.is_active(), "effect.compliance.per_newton"),
             ];
             if let Some((_, name)) = refused.into_iter().find(|(active, _)| *active) {

@@ -28,6 +28,8 @@ pub struct Slide {
     pub radius: f64,
     /// Friction force over pressure, positive outwards.
     pub friction: f64,
+    /// Adhesive force that adds to the pressure as far as friction goes (N).
+    pub adhesion: f64,
 }
 
 /// How the punch acts on a sliding node at its present place.
@@ -63,6 +65,10 @@ pub struct Conditions {
     pub unknowns: Vec<Condition>,
     /// What a fixed unknown is held at, or the height of the punch's profile above its tip (m, Pa).
     pub values: Vec<f64>,
+    /// Adhesive pull where the face is open but still bridged, by axial unknown (N).
+    pub pulls: Vec<(usize, f64)>,
+    /// That of the nodes that are not in contact, which their reactions do not contain (N).
+    pub free_pull: f64,
     /// Nodes that slide along the face.
     pub slides: Vec<Slide>,
     /// Axial unknowns in contact, whose residuals sum to the reaction.
@@ -117,19 +123,35 @@ impl Conditions {
             drain(&mut mesh.punch(), &mut |unknown| open[unknown] = Condition::Fixed);
         }
         let values = vec![0.0; mesh.unknowns()];
-        Self { unknowns: closed.clone(), values, slides: Vec::new(), punch, closed, open }
+        Self {
+            unknowns: closed.clone(),
+            values,
+            pulls: Vec::new(),
+            free_pull: 0.0,
+            slides: Vec::new(),
+            punch,
+            closed,
+            open,
+        }
     }
 
     /// Takes over which nodes are in contact, and where they stick.
     pub fn apply(&mut self, surface: &Surface, contact: &Contact) {
         self.punch.clear();
         self.slides.clear();
+        self.pulls.clear();
+        self.free_pull = 0.0;
         for (index, node) in surface.in_mesh_order() {
             let closed = contact.is_closed(index);
             let from = if closed { &self.closed } else { &self.open };
             for unknown in [Some(node.radial), Some(node.axial), node.pressure].into_iter().flatten() {
                 self.unknowns[unknown] = from[unknown];
                 self.values[unknown] = 0.0;
+            }
+            let pull = surface.pull(index, contact);
+            if pull != 0.0 {
+                self.pulls.push((node.axial, pull));
+                self.free_pull += if closed { 0.0 } else { pull };
             }
             if closed {
                 self.punch.push(node.axial);
@@ -141,7 +163,8 @@ impl Conditions {
                     let friction = surface.friction(index, contact);
                     if friction != 0.0 || !surface.profile().is_flat() {
                         let (radial, radius) = (node.radial, node.radius);
-                        self.slides.push(Slide { radial, radius, friction });
+                        let adhesion = surface.cling(index, contact);
+                        self.slides.push(Slide { radial, radius, friction, adhesion });
                     }
                 }
             }

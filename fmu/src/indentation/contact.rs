@@ -14,6 +14,7 @@
 //! the rings of small elements at the edge would be squeezed if they slid one by one.
 
 use super::profile::{Face, Profile};
+use crate::effect::adhesion;
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
 use crate::parameters::BoundaryParameters;
@@ -44,6 +45,7 @@ pub struct Surface {
     /// Their places in the order of the mesh's numbers.
     in_mesh_order: Vec<usize>,
     profile: Profile,
+    adhesion: adhesion::Parameters,
     /// Friction coefficient of a bonded face; a frictionless one has none.
     friction: Option<f64>,
     /// Corners that slide together.
@@ -65,13 +67,19 @@ pub enum Status {
     PushedOutwards,
     /// The same with friction that pushes inwards.
     PushedInwards,
+    /// Open, but the punch still pulls by adhesion.
+    Bridged,
 }
 
 impl Status {
+    fn is_closed(self) -> bool {
+        !matches!(self, Self::Open | Self::Bridged)
+    }
+
     /// Radial force of the punch over its pressure, in units of the friction coefficient.
     fn sign(self) -> f64 {
         match self {
-            Self::Open | Self::Held => 0.0,
+            Self::Open | Self::Held | Self::Bridged => 0.0,
             Self::PushedOutwards => 1.0,
             Self::PushedInwards => -1.0,
         }
@@ -134,7 +142,14 @@ pub struct Past {
 impl Contact {
     /// Whether a node of the surface is in contact.
     pub fn is_closed(&self, node: usize) -> bool {
-        self.around(node).iter().all(|status| *status != Status::Open)
+        self.around(node).iter().all(|status| status.is_closed())
+    }
+
+    /// Whether the punch still holds a side by contact or adhesion, and whether it does so over a gap.
+    fn clings(&self, side: usize) -> (bool, bool) {
+        let ends = [self.corners[side], self.corners[side + 1]];
+        let intact = ends.iter().all(|status| *status != Status::Open);
+        (intact, intact && ends.contains(&Status::Bridged))
     }
 
     /// Whether a node that is in contact is held radially by a bonded face.
@@ -153,15 +168,15 @@ impl Contact {
         [self.corners[node / 2], self.corners[node.div_ceil(2)]]
     }
 
-    /// Whether any node is in contact.
+    /// Whether any node is in contact, or pulled by adhesion.
     pub fn any(&self) -> bool {
         self.corners.iter().any(|status| *status != Status::Open)
     }
 
     /// Whether the same nodes are in contact, held or sliding.
     pub fn touches_as(&self, other: &Self) -> bool {
-        let open = |status: &Status| *status == Status::Open;
-        self.corners.iter().map(open).eq(other.corners.iter().map(open))
+        let kind = |status: &Status| (status.is_closed(), *status == Status::Open);
+        self.corners.iter().map(kind).eq(other.corners.iter().map(kind))
     }
 
     /// The corners, from the axis outwards.
@@ -172,7 +187,13 @@ impl Contact {
 
 impl Surface {
     /// The nodes under the punch.
-    pub fn new(mesh: &Mesh, geometry: &Geometry, boundary: &BoundaryParameters, profile: Profile) -> Self {
+    pub fn new(
+        mesh: &Mesh,
+        geometry: &Geometry,
+        boundary: &BoundaryParameters,
+        profile: Profile,
+        adhesion: adhesion::Parameters,
+    ) -> Self {
         let node = |n: u32| SurfaceNode {
             radius: mesh.nodes[n as usize][0],
             radial: mesh.displacement(n),
@@ -189,7 +210,7 @@ impl Surface {
         let corners: Vec<f64> = nodes.iter().step_by(2).map(|n| n.radius).collect();
         let friction = boundary.bonded_punch.then_some(boundary.friction);
         let (patches, lengths) = (patches(&corners), lengths(&corners));
-        Self { nodes, in_mesh_order, profile, friction, patches, lengths, sides }
+        Self { nodes, in_mesh_order, profile, adhesion, friction, patches, lengths, sides }
     }
 
     /// The nodes, from the axis outwards.
@@ -243,6 +264,44 @@ impl Surface {
         self.friction.unwrap_or(0.0) * contact.friction(node)
     }
 
+    /// Areas that the three nodes of a side stand for (m^2).
+    fn areas(&self, side: usize) -> [f64; 3] {
+        adhesion::nodal_areas(self.nodes[2 * side].radius, self.nodes[2 * side + 2].radius)
+    }
+
+    /// Sum of a node's areas on its sides of the kind that `of` picks from intact and bridged ones (m^2).
+    fn area(&self, node: usize, contact: &Contact, of: fn((bool, bool)) -> bool) -> f64 {
+        let sides = (node.saturating_sub(1) / 2..=node / 2).filter(|side| *side + 1 < contact.corners.len());
+        sides.filter(|side| of(contact.clings(*side))).map(|side| self.areas(side)[node - 2 * side]).sum()
+    }
+
+    /// Adhesive pull on a node from its sides that are open but bridged (N).
+    pub fn pull(&self, node: usize, contact: &Contact) -> f64 {
+        if !self.adhesion.is_active() {
+            return 0.0;
+        }
+        self.adhesion.strength * self.area(node, contact, |(_, bridged)| bridged)
+    }
+
+    /// Adhesive force on a node from its sides that are in contact (N).
+    pub fn cling(&self, node: usize, contact: &Contact) -> f64 {
+        if !self.adhesion.is_active() {
+            return 0.0;
+        }
+        self.adhesion.strength * self.area(node, contact, |(intact, bridged)| intact && !bridged)
+    }
+
+    /// Pull that adhesion bears against a corner's hat function (N).
+    fn strength(&self, corner: usize, contact: &Contact) -> f64 {
+        if !self.adhesion.is_active() {
+            return 0.0;
+        }
+        let around = (2 * corner).saturating_sub(1)..=(2 * corner + 1).min(self.nodes.len() - 1);
+        let weight = |node: usize| if node == 2 * corner { 1.0 } else { 0.5 };
+        let intact = |(intact, _): (bool, bool)| intact;
+        around.map(|node| self.adhesion.strength * weight(node) * self.area(node, contact, intact)).sum()
+    }
+
     /// Whether each quadrature point of the face lies on a side in contact.
     pub fn closed_points(&self, contact: &Contact) -> Vec<bool> {
         self.sides.iter().map(|&corner| contact.is_closed(2 * corner + 1)).collect()
@@ -261,12 +320,14 @@ impl Surface {
         x[self.nodes[2 * corner].axial] - self.face_over(2 * corner, x).height
     }
 
-    /// Shear, positive outwards, and pressure of the punch on a corner, both along its face (N).
+    /// Shear, positive outwards, and pressure of the punch on a corner, both with respect to its face (N); what
+    /// adhesion can bear adds to the pressure.
     fn reaction(&self, corner: usize, contact: &Contact, trial: &Trial<'_>) -> (f64, f64) {
         let (radial, pressure) = self.hat_reaction(corner, contact, trial.forces);
         let slope = self.face_over(2 * corner, trial.x).slope;
         let length = (1.0 + slope * slope).sqrt();
-        ((radial - slope * pressure) / length, (pressure + slope * radial) / length)
+        let normal = (pressure + slope * radial) / length;
+        ((radial - slope * pressure) / length, normal + self.strength(corner, contact))
     }
 
     /// Radial force and pressure of the punch on a corner, against its hat function (N); `forces` are the nodal
@@ -275,7 +336,7 @@ impl Surface {
         let middle = 2 * corner;
         let neighbours = [middle.checked_sub(1), Some(middle + 1).filter(|&k| k < self.nodes.len())];
         let (mut radial, mut axial) = (forces[self.nodes[middle].radial], forces[self.nodes[middle].axial]);
-        for k in neighbours.into_iter().flatten().filter(|&k| contact.is_closed(k)) {
+        for k in neighbours.into_iter().flatten().filter(|&k| contact.clings(k / 2).0) {
             radial += 0.5 * forces[self.nodes[k].radial];
             axial += 0.5 * forces[self.nodes[k].axial];
         }
@@ -291,7 +352,7 @@ impl Surface {
         slid: bool,
     ) -> Option<(Status, bool)> {
         let friction = self.friction?;
-        let is_closed = |k: &usize| contact.corners[*k] != Status::Open;
+        let is_closed = |k: &usize| contact.corners[*k].is_closed();
         let status = contact.corners[patch.clone().find(is_closed)?];
         if status != Status::Held {
             let (mut motion, mut length) = (0.0, 0.0);
@@ -331,7 +392,7 @@ impl Surface {
         let mut solve_again = false;
         for (patch, slid) in self.patches.iter().zip(&mut past.slid) {
             if let Some((status, at_once)) = self.bond(patch, &before, trial, *slid) {
-                for k in patch.clone().filter(|&k| before.corners[k] != Status::Open) {
+                for k in patch.clone().filter(|&k| before.corners[k].is_closed()) {
                     contact.corners[k] = status;
                 }
                 *slid |= status != Status::Held;
@@ -341,11 +402,16 @@ impl Surface {
                     continue;
                 }
             }
-            let closed = patch.clone().map(|k| contact.corners[k]).find(|status| *status != Status::Open);
+            let closed = patch.clone().map(|k| contact.corners[k]).find(|status| status.is_closed());
             for k in patch.clone() {
-                let is_open = before.corners[k] == Status::Open;
+                let is_open = !before.corners[k].is_closed();
                 let above_face = self.above_tip(k, trial.x) + trial.indentation;
                 if !is_open && self.reaction(k, &before, trial).1 < -trial.slack.force {
+                    contact.corners[k] =
+                        if self.adhesion.is_active() { Status::Bridged } else { Status::Open };
+                    past.opened[k] = true;
+                    solve_again = true;
+                } else if before.corners[k] == Status::Bridged && -above_face > self.adhesion.opening {
                     contact.corners[k] = Status::Open;
                     past.opened[k] = true;
                     solve_again = true;

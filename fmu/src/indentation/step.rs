@@ -113,7 +113,7 @@ impl Stepper {
             shear_layer: effect.slip.stiffness(),
             compliance: effect.compliance.per_newton,
             conditions: Conditions::new(&sample.mesh, &boundary),
-            surface: Surface::new(&sample.mesh, &sample.geometry, &boundary, profile),
+            surface: Surface::new(&sample.mesh, &sample.geometry, &boundary, profile, effect.adhesion),
             scheme: parameters.solver.time_scheme,
             tolerance: parameters.solver.newton_tolerance,
             stress_scale,
@@ -367,7 +367,7 @@ impl Stepper {
 
     /// Force of the punch on the sample where the last stage ended (N).
     fn reaction(&self) -> f64 {
-        -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>()
+        -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>() - self.conditions.free_pull
     }
 
     fn faces(&self, new: &mut State, dt: f64) -> Result<(), NewtonFailure> {
@@ -428,8 +428,11 @@ impl System for StageSystem<'_> {
             self.indentation
         } else {
             let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
-            self.indentation - self.compliance * reaction
+            self.indentation - self.compliance * (reaction - self.conditions.free_pull)
         };
+        for &(axial, pull) in &self.conditions.pulls {
+            residual[axial] -= pull;
+        }
         let guides: Vec<(usize, Guide)> =
             self.conditions.slides.iter().map(|s| (s.radial, s.at(self.profile, x))).collect();
         for column in 0..x.len() {
@@ -442,7 +445,7 @@ impl System for StageSystem<'_> {
                 if let Ok(k) = rows.binary_search(&(*radial as u32)) {
                     values[k] += guide.ratio * values[k + 1];
                     if *radial == column {
-                        values[k] += guide.ratio_slope * self.raw_residual[radial + 1];
+                        values[k] += guide.ratio_slope * residual[radial + 1];
                     }
                 }
             }
@@ -459,8 +462,8 @@ impl System for StageSystem<'_> {
             }
             self.reaction_row[column] = reaction;
         }
-        for (radial, guide) in &guides {
-            residual[*radial] += guide.ratio * residual[radial + 1];
+        for ((radial, guide), slide) in guides.iter().zip(&self.conditions.slides) {
+            residual[*radial] += guide.ratio * residual[radial + 1] - slide.friction * slide.adhesion;
             // Where the node slides, the face's height changes with its slope.
             values[self.body.map.pattern.position(*radial as u32 + 1, *radial as u32) as usize] -=
                 guide.face.slope;
