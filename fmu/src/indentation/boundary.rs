@@ -73,6 +73,8 @@ pub struct Conditions {
     pub slides: Vec<Slide>,
     /// Axial unknowns in contact, whose residuals sum to the reaction.
     pub punch: Vec<usize>,
+    /// Which of the face's quadrature points are in contact.
+    pub closed_points: Vec<bool>,
     /// The conditions with all nodes of the face in contact, and with none.
     closed: Vec<Condition>,
     open: Vec<Condition>,
@@ -130,6 +132,7 @@ impl Conditions {
             free_pull: 0.0,
             slides: Vec::new(),
             punch,
+            closed_points: Vec::new(),
             closed,
             open,
         }
@@ -138,6 +141,7 @@ impl Conditions {
     /// Takes over which nodes are in contact, and where they stick.
     pub fn apply(&mut self, surface: &Surface, contact: &Contact) {
         self.punch.clear();
+        self.closed_points = surface.closed_points(contact);
         self.slides.clear();
         self.pulls.clear();
         self.free_pull = 0.0;

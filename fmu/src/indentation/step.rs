@@ -421,7 +421,7 @@ impl System for StageSystem<'_> {
         let stage = Stage { x, old: self.history, dt: self.dt };
         self.body.assemble(&stage, residual, values).map_err(|failed| failed.element)?;
         if let Some(stiffness) = self.shear_layer {
-            self.body.add_shear_layer(stiffness, x, residual, values);
+            self.body.add_shear_layer((stiffness, &self.conditions.closed_points), x, residual, values);
         }
         self.raw_residual.copy_from_slice(residual);
         let indentation = if self.compliance == 0.0 {

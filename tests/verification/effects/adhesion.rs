@@ -55,7 +55,7 @@ fn pull_off(parameters: Parameters) -> (f64, Outputs) {
 /// Goal: where the strength is small, the whole face opens before a bond breaks: the pull-off force is strength
 /// times area, and the work of a closed cycle is the work of adhesion, and at most the elastic energy `F^2/(2 k)`
 /// of the pull, `k = 8 G a`, which snaps back. Set-up: flat punch, frictionless and bonded, strengths of 2 and
-/// 20 Pa, opening 50 um. Tolerance: force 0.1 %; work 1 %.
+/// 20 Pa, opening 50 um. Tolerance: force 0.2 %; work 1 %.
 #[test]
 fn weak_adhesion_of_a_flat_punch() {
     for bonded in [false, true] {
@@ -63,7 +63,7 @@ fn weak_adhesion_of_a_flat_punch() {
             let opening = 5e-5;
             let (pull, o) = pull_off(block(IndenterProfile::Flat, bonded, strength, opening));
             let force = strength * AREA;
-            assert!((pull / force - 1.0).abs() < 1e-3, "{bonded} {strength}: {pull:e} {force:e}");
+            assert!((pull / force - 1.0).abs() < 2e-3, "{bonded} {strength}: {pull:e} {force:e}");
             let adhesion = force * opening;
             let snap = force * force / (2.0 * 8.0 * SHEAR * RADIUS);
             let work = o.external_work;
