@@ -41,11 +41,11 @@ pub struct SurfaceNode {
 #[derive(Debug, Clone)]
 pub struct Surface {
     /// From the axis outwards: corner, mid-side node, corner, ..., corner.
-    nodes: Vec<SurfaceNode>,
+    pub(super) nodes: Vec<SurfaceNode>,
     /// Their places in the order of the mesh's numbers.
     in_mesh_order: Vec<usize>,
     profile: Profile,
-    adhesion: adhesion::Parameters,
+    pub(super) adhesion: adhesion::Parameters,
     /// Friction coefficient of a bonded face; a frictionless one has none.
     friction: Option<f64>,
     /// Corners that slide together.
@@ -90,7 +90,7 @@ impl Status {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     /// The corners, from the axis outwards.
-    corners: Vec<Status>,
+    pub(super) corners: Vec<Status>,
     /// Radial displacement at which each node stuck when it was last touched (m).
     pub(super) held: Vec<f64>,
 }
@@ -146,7 +146,7 @@ impl Contact {
     }
 
     /// Whether the punch still holds a side by contact or adhesion, and whether it does so over a gap.
-    fn clings(&self, side: usize) -> (bool, bool) {
+    pub(super) fn clings(&self, side: usize) -> (bool, bool) {
         let ends = [self.corners[side], self.corners[side + 1]];
         let intact = ends.iter().all(|status| *status != Status::Open);
         (intact, intact && ends.contains(&Status::Bridged))
@@ -262,44 +262,6 @@ impl Surface {
     /// Friction force of the punch on a sliding node over its pressure.
     pub fn friction(&self, node: usize, contact: &Contact) -> f64 {
         self.friction.unwrap_or(0.0) * contact.friction(node)
-    }
-
-    /// Areas that the three nodes of a side stand for (m^2).
-    fn areas(&self, side: usize) -> [f64; 3] {
-        adhesion::nodal_areas(self.nodes[2 * side].radius, self.nodes[2 * side + 2].radius)
-    }
-
-    /// Sum of a node's areas on its sides of the kind that `of` picks from intact and bridged ones (m^2).
-    fn area(&self, node: usize, contact: &Contact, of: fn((bool, bool)) -> bool) -> f64 {
-        let sides = (node.saturating_sub(1) / 2..=node / 2).filter(|side| *side + 1 < contact.corners.len());
-        sides.filter(|side| of(contact.clings(*side))).map(|side| self.areas(side)[node - 2 * side]).sum()
-    }
-
-    /// Adhesive pull on a node from its sides that are open but bridged (N).
-    pub fn pull(&self, node: usize, contact: &Contact) -> f64 {
-        if !self.adhesion.is_active() {
-            return 0.0;
-        }
-        self.adhesion.strength * self.area(node, contact, |(_, bridged)| bridged)
-    }
-
-    /// Adhesive force on a node from its sides that are in contact (N).
-    pub fn cling(&self, node: usize, contact: &Contact) -> f64 {
-        if !self.adhesion.is_active() {
-            return 0.0;
-        }
-        self.adhesion.strength * self.area(node, contact, |(intact, bridged)| intact && !bridged)
-    }
-
-    /// Pull that adhesion bears against a corner's hat function (N).
-    fn strength(&self, corner: usize, contact: &Contact) -> f64 {
-        if !self.adhesion.is_active() {
-            return 0.0;
-        }
-        let around = (2 * corner).saturating_sub(1)..=(2 * corner + 1).min(self.nodes.len() - 1);
-        let weight = |node: usize| if node == 2 * corner { 1.0 } else { 0.5 };
-        let intact = |(intact, _): (bool, bool)| intact;
-        around.map(|node| self.adhesion.strength * weight(node) * self.area(node, contact, intact)).sum()
     }
 
     /// Whether each quadrature point of the face lies on a side in contact.

@@ -1,5 +1,6 @@
 //! The indentation test: sample, boundary conditions, one time step, the punch's motion.
 
+mod adhesion;
 pub mod boundary;
 pub mod contact;
 pub mod coupling;
@@ -10,5 +11,6 @@ pub mod motion;
 pub mod profile;
 pub mod sample;
 pub mod sensitivity;
+mod stage;
 pub mod step;
 pub mod trend;
