@@ -59,7 +59,10 @@ pub enum StepError {
     #[error("the punch starts {0} m inside the sample: start at or above the surface (displacement <= 0)")]
     StartsInside(f64),
     /// The punch would reach or pierce the bottom of the sample.
-    #[error("indentation {displacement} m reaches the sample's height {sample_height} m")]
+    #[error(
+        "displacement: indentation {displacement} m reaches the sample's height {sample_height} m; press less deep, \
+         or set geometry.sample_height to the sample's"
+    )]
     TooDeep {
         /// Requested displacement (m).
         displacement: f64,
@@ -78,7 +81,10 @@ pub enum StepError {
         displacement: f64,
     },
     /// The step size fell below its minimum without convergence.
-    #[error("no convergence at {time} s down to a step of {step_size} s: {reason}")]
+    #[error(
+        "no convergence at {time} s down to a step of {step_size} s: {reason}; a coarser mesh.preset or a smaller \
+         displacement may help"
+    )]
     NoConvergence {
         /// Time at the start of the failed step (s).
         time: f64,

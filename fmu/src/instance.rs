@@ -151,7 +151,7 @@ impl Instance {
         }
         if end > now {
             let Parameters { solver, geometry, .. } = self.model.parameters();
-            let radius = geometry.punch_radius;
+            let radius = geometry.reach();
             let statistics = &mut state.statistics;
             state.outputs =
                 path.advance(&mut self.engine, solver, radius, (now, from), (end, to), statistics)?;

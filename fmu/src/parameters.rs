@@ -2,7 +2,9 @@
 
 use crate::effect::EffectParameters;
 use crate::error::ParameterError;
+use crate::indentation::profile::LARGEST_CAP;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// Every parameter of the model, in SI units. `default()` is Table 1 of the paper.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -11,6 +13,8 @@ pub struct Parameters {
     pub material: MaterialParameters,
     /// Punch and sample.
     pub geometry: GeometryParameters,
+    /// Shape of the punch's face.
+    pub indenter: IndenterParameters,
     /// Spatial discretisation.
     pub mesh: MeshParameters,
     /// Boundary conditions.
@@ -87,7 +91,8 @@ impl Default for MaterialParameters {
 /// Punch and sample.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GeometryParameters {
-    /// Radius of the flat punch (m).
+    /// Radius of the flat punch, or of the shank of a sphere or cone: the largest contact radius, up to which the
+    /// mesh is fine (m). A flat punch at least as wide as the sample is a platen.
     pub punch_radius: f64,
     /// Radius of the sample (m).
     pub sample_radius: f64,
@@ -98,6 +103,47 @@ pub struct GeometryParameters {
 impl Default for GeometryParameters {
     fn default() -> Self {
         Self { punch_radius: 2e-3, sample_radius: 10e-3, sample_height: 10e-3 }
+    }
+}
+
+impl GeometryParameters {
+    /// Whether the punch covers the whole sample.
+    pub fn is_platen(&self) -> bool {
+        self.punch_radius >= self.sample_radius
+    }
+
+    /// Radius of the part of the surface that the punch can touch in the undeformed sample (m).
+    pub fn reach(&self) -> f64 {
+        self.punch_radius.min(self.sample_radius)
+    }
+}
+
+/// Shape of the punch's face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum IndenterProfile {
+    /// A plane.
+    #[default]
+    Flat,
+    /// A sphere.
+    Sphere,
+    /// A cone.
+    Cone,
+}
+
+/// The punch's face; dimensions of a profile that was not chosen stay at their defaults.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct IndenterParameters {
+    /// Its shape.
+    pub profile: IndenterProfile,
+    /// Radius of the sphere (m).
+    pub sphere_radius: f64,
+    /// Angle between the cone's axis and its flank (rad).
+    pub cone_half_angle: f64,
+}
+
+impl Default for IndenterParameters {
+    fn default() -> Self {
+        Self { profile: IndenterProfile::Flat, sphere_radius: 4e-3, cone_half_angle: PI / 3.0 }
     }
 }
 
@@ -248,9 +294,15 @@ impl Parameters {
         let g = &self.geometry;
         positive("geometry.punch_radius", g.punch_radius)?;
         positive("geometry.sample_height", g.sample_height)?;
-        within("geometry.sample_radius", g.sample_radius, 1.05 * g.punch_radius, f64::MAX)?;
+        positive("geometry.sample_radius", g.sample_radius)?;
+        let flat = self.indenter.profile == IndenterProfile::Flat;
+        // Between 1 and 1.05 neither the edge nor the side would be resolved.
+        if !(g.is_platen() && flat && self.mesh.kind == MeshKind::Axisymmetric) {
+            within("geometry.sample_radius", g.sample_radius, 1.05 * g.punch_radius, f64::MAX)?;
+        }
+        self.validate_indenter()?;
         if self.mesh.edge_size != 0.0 {
-            within("mesh.edge_size", self.mesh.edge_size, 1e-5 * g.punch_radius, g.punch_radius)?;
+            within("mesh.edge_size", self.mesh.edge_size, 1e-5 * g.reach(), g.reach())?;
         }
         if self.mesh.growth != 0.0 {
             within("mesh.growth", self.mesh.growth, 1.05, 10.0)?;
@@ -273,6 +325,51 @@ impl Parameters {
         EffectParameters::validate(self)
     }
 }
+
+impl Parameters {
+    /// What acts only with one profile is refused with the others, unless it is left at its default.
+    fn validate_indenter(&self) -> Result<(), ParameterError> {
+        let (i, default) = (&self.indenter, IndenterParameters::default());
+        let only = |changed: bool, name, with| {
+            if changed { Err(ParameterError::Contradiction(name, with)) } else { Ok(()) }
+        };
+        match i.profile {
+            IndenterProfile::Sphere => {
+                let least = self.geometry.punch_radius / LARGEST_CAP;
+                within("indenter.sphere_radius", i.sphere_radius, least, f64::MAX)?;
+            }
+            _ => only(
+                i.sphere_radius != default.sphere_radius,
+                "indenter.sphere_radius",
+                "indenter.profile = sphere",
+            )?,
+        }
+        match i.profile {
+            IndenterProfile::Cone => {
+                let (least, most) = CONE_HALF_ANGLE;
+                within("indenter.cone_half_angle", i.cone_half_angle, least, most)?;
+            }
+            _ => only(
+                i.cone_half_angle != default.cone_half_angle,
+                "indenter.cone_half_angle",
+                "indenter.profile = cone",
+            )?,
+        }
+        let rings = i.profile == IndenterProfile::Flat && !self.geometry.is_platen();
+        only(
+            self.mesh.divisions != 0 && !rings,
+            "mesh.divisions",
+            "indenter.profile = flat and geometry.punch_radius < geometry.sample_radius",
+        )?;
+        if self.mesh.kind == MeshKind::Paper3d && i.profile != IndenterProfile::Flat {
+            return Err(ParameterError::NotIn3d("indenter.profile"));
+        }
+        Ok(())
+    }
+}
+
+/// Admissible half-angles of a cone (rad): from 10 degrees to half a degree short of a plane.
+pub(crate) const CONE_HALF_ANGLE: (f64, f64) = (PI / 18.0, PI * 89.5 / 180.0);
 
 fn positive(name: &str, value: f64) -> Result<(), ParameterError> {
     within(name, value, f64::MIN_POSITIVE, f64::MAX)

@@ -8,6 +8,7 @@ mod discretisation;
 mod effects;
 mod efficiency;
 mod independent_curves;
+mod profiles;
 mod punch_on_block;
 mod relaxation;
 mod sensitivities;

@@ -14,7 +14,7 @@ pub use catalogue::{by_name, markdown};
 pub use descriptor::{Course, Effect, Place, Setting, Sign, Variant};
 
 use crate::error::ParameterError;
-use crate::parameters::{MeshKind, Parameters};
+use crate::parameters::{IndenterProfile, MeshKind, Parameters};
 use crate::variables::{Settings, Variable};
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +53,7 @@ effects!(
     drained_punch,
     drainage,
     specimen_size,
+    adhesion,
     offset,
     compliance,
     load_cell_drift,
@@ -78,6 +79,10 @@ impl EffectParameters {
                 "boundary.bonded_punch = true",
             ));
         }
+        if slips && parameters.indenter.profile != IndenterProfile::Flat {
+            // The layer knows where a plane was touched: at rest.
+            return Err(ParameterError::Contradiction("effect.slip.compliance", "indenter.profile = flat"));
+        }
         if parameters.solver.sensitivities && effect.discretisation.traction {
             return Err(ParameterError::NoSensitivities("effect.discretisation.traction"));
         }
@@ -89,6 +94,7 @@ impl EffectParameters {
                 (effect.modulus_drift.is_active(), "effect.modulus_drift.rate"),
                 (effect.amplitude.is_active(), "effect.amplitude.log_factor"),
                 (slips, "effect.slip.compliance"),
+                (effect.adhesion.is_active(), "effect.adhesion.strength"),
                 (effect.compliance.is_active(), "effect.compliance.per_newton"),
             ];
             if let Some((_, name)) = refused.into_iter().find(|(active, _)| *active) {

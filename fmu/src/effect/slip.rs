@@ -2,7 +2,7 @@
 //!
 //! The traction `t_r = -u_r / c` per reference area holds the face of the sample back, `c` the layer's
 //! compliance: 0 is the bonded punch, infinity the frictionless one. The layer is elastic and its energy is
-//! not among the outputs.
+//! not among the outputs. It ends where the surface has left the punch.
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
 use crate::parameters::BoundaryParameters;

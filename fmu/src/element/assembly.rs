@@ -138,9 +138,16 @@ impl Body<'_> {
         pulp::Arch::new().dispatch(AssembleElements { body: self, stage, residual, values })
     }
 
-    /// Adds a layer under the punch that holds back radial displacement: `stiffness` (Pa/m) per reference area.
-    pub fn add_shear_layer(&self, stiffness: f64, x: &[f64], residual: &mut [f64], values: &mut [f64]) {
-        for face in &self.geometry.face {
+    /// Adds a layer under the punch that holds back radial displacement: `stiffness` (Pa/m) per reference area,
+    /// at those of the face's points that are in contact.
+    pub fn add_shear_layer(
+        &self,
+        (stiffness, closed): (f64, &[bool]),
+        x: &[f64],
+        residual: &mut [f64],
+        values: &mut [f64],
+    ) {
+        for (face, _) in self.geometry.face.iter().zip(closed).filter(|(_, closed)| **closed) {
             let (place, x_e) = (&face.geometry, self.map.gather(face.element, x));
             let slip: f64 = (0..NODES).map(|a| place.n[a] * x_e[2 * a]).sum();
             let traction = stiffness * place.measure;

@@ -1,8 +1,12 @@
 //! Which unknowns are prescribed, and to what.
 
 use super::contact::{Contact, Surface};
+use super::profile::{Face, Profile};
 use crate::mesh::Mesh;
 use crate::parameters::BoundaryParameters;
+
+/// Least part of the normal force's axial share that friction leaves.
+const LEAST_GLIDE: f64 = 0.1;
 
 /// Condition on one unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +19,45 @@ pub enum Condition {
     Punch,
 }
 
+/// A node that slides along a face which is inclined or holds it back by friction.
+#[derive(Debug, Clone, Copy)]
+pub struct Slide {
+    /// Unknown `u_r`; `u_z` follows.
+    pub radial: usize,
+    /// Distance from the axis in the undeformed sample (m).
+    pub radius: f64,
+    /// Friction force over pressure, positive outwards.
+    pub friction: f64,
+    /// Adhesive force that adds to the pressure as far as friction goes (N).
+    pub adhesion: f64,
+}
+
+/// How the punch acts on a sliding node at its present place.
+#[derive(Debug, Clone, Copy)]
+pub struct Guide {
+    /// Radial force of the punch over its axial pressure.
+    pub ratio: f64,
+    /// Change of that with `u_r` (1/m).
+    pub ratio_slope: f64,
+    /// The face.
+    pub face: Face,
+}
+
+impl Slide {
+    /// At the radial displacement that the unknowns `x` have.
+    ///
+    /// With the face's slope s and the friction f the punch presses with `N (s + f, -1 + f s)`, so that the
+    /// radial force is `(s + f) / (1 - f s)` times the pressure.
+    pub fn at(&self, profile: &Profile, x: &[f64]) -> Guide {
+        let face = profile.at(self.radius + x[self.radial]);
+        // Friction that jams the node on a steep flank holds it as if the flank were just not so steep.
+        let rest = (1.0 - self.friction * face.slope).max(LEAST_GLIDE);
+        let ratio = (face.slope + self.friction) / rest;
+        let ratio_slope = face.curvature * (1.0 + self.friction * self.friction) / (rest * rest);
+        Guide { ratio, ratio_slope, face }
+    }
+}
+
 /// Conditions of all unknowns for one set of nodes in contact.
 #[derive(Debug, Clone)]
 pub struct Conditions {
@@ -22,10 +65,16 @@ pub struct Conditions {
     pub unknowns: Vec<Condition>,
     /// What a fixed unknown is held at, or the height of the punch's profile above its tip (m, Pa).
     pub values: Vec<f64>,
-    /// Radial force over pressure of the nodes that slide against friction, by radial unknown.
-    pub drag: Vec<(usize, f64)>,
+    /// Adhesive pull where the face is open but still bridged, by axial unknown (N).
+    pub pulls: Vec<(usize, f64)>,
+    /// That of the nodes that are not in contact, which their reactions do not contain (N).
+    pub free_pull: f64,
+    /// Nodes that slide along the face.
+    pub slides: Vec<Slide>,
     /// Axial unknowns in contact, whose residuals sum to the reaction.
     pub punch: Vec<usize>,
+    /// Which of the face's quadrature points are in contact.
+    pub closed_points: Vec<bool>,
     /// The conditions with all nodes of the face in contact, and with none.
     closed: Vec<Condition>,
     open: Vec<Condition>,
@@ -76,13 +125,26 @@ impl Conditions {
             drain(&mut mesh.punch(), &mut |unknown| open[unknown] = Condition::Fixed);
         }
         let values = vec![0.0; mesh.unknowns()];
-        Self { unknowns: closed.clone(), values, drag: Vec::new(), punch, closed, open }
+        Self {
+            unknowns: closed.clone(),
+            values,
+            pulls: Vec::new(),
+            free_pull: 0.0,
+            slides: Vec::new(),
+            punch,
+            closed_points: Vec::new(),
+            closed,
+            open,
+        }
     }
 
     /// Takes over which nodes are in contact, and where they stick.
     pub fn apply(&mut self, surface: &Surface, contact: &Contact) {
         self.punch.clear();
-        self.drag.clear();
+        self.closed_points = surface.closed_points(contact);
+        self.slides.clear();
+        self.pulls.clear();
+        self.free_pull = 0.0;
         for (index, node) in surface.in_mesh_order() {
             let closed = contact.is_closed(index);
             let from = if closed { &self.closed } else { &self.open };
@@ -90,14 +152,24 @@ impl Conditions {
                 self.unknowns[unknown] = from[unknown];
                 self.values[unknown] = 0.0;
             }
+            let pull = surface.pull(index, contact);
+            if pull != 0.0 {
+                self.pulls.push((node.axial, pull));
+                self.free_pull += if closed { 0.0 } else { pull };
+            }
             if closed {
                 self.punch.push(node.axial);
                 self.values[node.radial] = contact.held[index];
                 self.values[node.axial] = surface.height(index, contact);
-                let drag = surface.drag(index, contact);
-                if drag != 0.0 && self.open[node.radial] == Condition::Free {
+                let loose = self.closed[node.radial] == Condition::Free || !contact.is_held(index);
+                if loose && self.open[node.radial] == Condition::Free {
                     self.unknowns[node.radial] = Condition::Free;
-                    self.drag.push((node.radial, drag));
+                    let friction = surface.friction(index, contact);
+                    if friction != 0.0 || !surface.profile().is_flat() {
+                        let (radial, radius) = (node.radial, node.radius);
+                        let adhesion = surface.cling(index, contact);
+                        self.slides.push(Slide { radial, radius, friction, adhesion });
+                    }
                 }
             }
         }

@@ -13,6 +13,8 @@
 //! against the friction, until its motion turns. It does so in patches of at least a tenth of the punch's radius:
 //! the rings of small elements at the edge would be squeezed if they slid one by one.
 
+use super::profile::{Face, Profile};
+use crate::effect::adhesion;
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
 use crate::parameters::BoundaryParameters;
@@ -39,9 +41,11 @@ pub struct SurfaceNode {
 #[derive(Debug, Clone)]
 pub struct Surface {
     /// From the axis outwards: corner, mid-side node, corner, ..., corner.
-    nodes: Vec<SurfaceNode>,
+    pub(super) nodes: Vec<SurfaceNode>,
     /// Their places in the order of the mesh's numbers.
     in_mesh_order: Vec<usize>,
+    profile: Profile,
+    pub(super) adhesion: adhesion::Parameters,
     /// Friction coefficient of a bonded face; a frictionless one has none.
     friction: Option<f64>,
     /// Corners that slide together.
@@ -63,13 +67,19 @@ pub enum Status {
     PushedOutwards,
     /// The same with friction that pushes inwards.
     PushedInwards,
+    /// Open, but the punch still pulls by adhesion.
+    Bridged,
 }
 
 impl Status {
+    fn is_closed(self) -> bool {
+        !matches!(self, Self::Open | Self::Bridged)
+    }
+
     /// Radial force of the punch over its pressure, in units of the friction coefficient.
     fn sign(self) -> f64 {
         match self {
-            Self::Open | Self::Held => 0.0,
+            Self::Open | Self::Held | Self::Bridged => 0.0,
             Self::PushedOutwards => 1.0,
             Self::PushedInwards => -1.0,
         }
@@ -80,7 +90,7 @@ impl Status {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     /// The corners, from the axis outwards.
-    corners: Vec<Status>,
+    pub(super) corners: Vec<Status>,
     /// Radial displacement at which each node stuck when it was last touched (m).
     pub(super) held: Vec<f64>,
 }
@@ -132,7 +142,14 @@ pub struct Past {
 impl Contact {
     /// Whether a node of the surface is in contact.
     pub fn is_closed(&self, node: usize) -> bool {
-        self.around(node).iter().all(|status| *status != Status::Open)
+        self.around(node).iter().all(|status| status.is_closed())
+    }
+
+    /// Whether the punch still holds a side by contact or adhesion, and whether it does so over a gap.
+    pub(super) fn clings(&self, side: usize) -> (bool, bool) {
+        let ends = [self.corners[side], self.corners[side + 1]];
+        let intact = ends.iter().all(|status| *status != Status::Open);
+        (intact, intact && ends.contains(&Status::Bridged))
     }
 
     /// Whether a node that is in contact is held radially by a bonded face.
@@ -151,15 +168,15 @@ impl Contact {
         [self.corners[node / 2], self.corners[node.div_ceil(2)]]
     }
 
-    /// Whether any node is in contact.
+    /// Whether any node is in contact, or pulled by adhesion.
     pub fn any(&self) -> bool {
         self.corners.iter().any(|status| *status != Status::Open)
     }
 
     /// Whether the same nodes are in contact, held or sliding.
     pub fn touches_as(&self, other: &Self) -> bool {
-        let open = |status: &Status| *status == Status::Open;
-        self.corners.iter().map(open).eq(other.corners.iter().map(open))
+        let kind = |status: &Status| (status.is_closed(), *status == Status::Open);
+        self.corners.iter().map(kind).eq(other.corners.iter().map(kind))
     }
 
     /// The corners, from the axis outwards.
@@ -170,7 +187,13 @@ impl Contact {
 
 impl Surface {
     /// The nodes under the punch.
-    pub fn new(mesh: &Mesh, geometry: &Geometry, boundary: &BoundaryParameters) -> Self {
+    pub fn new(
+        mesh: &Mesh,
+        geometry: &Geometry,
+        boundary: &BoundaryParameters,
+        profile: Profile,
+        adhesion: adhesion::Parameters,
+    ) -> Self {
         let node = |n: u32| SurfaceNode {
             radius: mesh.nodes[n as usize][0],
             radial: mesh.displacement(n),
@@ -187,7 +210,7 @@ impl Surface {
         let corners: Vec<f64> = nodes.iter().step_by(2).map(|n| n.radius).collect();
         let friction = boundary.bonded_punch.then_some(boundary.friction);
         let (patches, lengths) = (patches(&corners), lengths(&corners));
-        Self { nodes, in_mesh_order, friction, patches, lengths, sides }
+        Self { nodes, in_mesh_order, profile, adhesion, friction, patches, lengths, sides }
     }
 
     /// The nodes, from the axis outwards.
@@ -202,8 +225,10 @@ impl Surface {
 
     /// The contact of the undeformed sample with a punch that just touches it.
     pub fn touched(&self) -> Contact {
+        let at_tip = |node: &SurfaceNode| self.profile.at(node.radius).height <= 0.0;
+        let status = |node: &SurfaceNode| if at_tip(node) { Status::Held } else { Status::Open };
         Contact {
-            corners: vec![Status::Held; self.nodes.len().div_ceil(2)],
+            corners: self.nodes.iter().step_by(2).map(status).collect(),
             held: vec![0.0; self.nodes.len()],
         }
     }
@@ -213,13 +238,29 @@ impl Surface {
         contact.held.len() == self.nodes.len() && contact.corners.len() == self.nodes.len().div_ceil(2)
     }
 
-    /// Height of the punch's face above its tip where a node is in contact (m).
-    pub fn height(&self, _node: usize, _contact: &Contact) -> f64 {
-        0.0
+    /// Profile of the punch's face.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
     }
 
-    /// Radial force of the punch on a sliding node over its pressure.
-    pub fn drag(&self, node: usize, contact: &Contact) -> f64 {
+    /// The punch's face where a node is held (m).
+    pub fn face(&self, node: usize, contact: &Contact) -> Face {
+        self.profile.at(self.nodes[node].radius + contact.held[node])
+    }
+
+    /// Height of the punch's face above its tip where a node is held (m).
+    pub fn height(&self, node: usize, contact: &Contact) -> f64 {
+        self.face(node, contact).height
+    }
+
+    /// The punch's face over a node that is displaced by the unknowns `x`.
+    fn face_over(&self, node: usize, x: &[f64]) -> Face {
+        let node = &self.nodes[node];
+        self.profile.at(node.radius + x[node.radial])
+    }
+
+    /// Friction force of the punch on a sliding node over its pressure.
+    pub fn friction(&self, node: usize, contact: &Contact) -> f64 {
         self.friction.unwrap_or(0.0) * contact.friction(node)
     }
 
@@ -230,20 +271,34 @@ impl Surface {
 
     /// Where the surface lies with the unknowns `x`.
     pub fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
-        let corners = self.nodes.iter().step_by(2).zip(&contact.corners);
-        let open = corners.filter(|(_, status)| **status == Status::Open);
-        let clearance = open.map(|(node, _)| -x[node.axial]).fold(f64::INFINITY, f64::min);
+        let open = (0..contact.corners.len()).filter(|&k| contact.corners[k] == Status::Open);
+        let clearance = open.map(|k| -self.above_tip(k, x)).fold(f64::INFINITY, f64::min);
         let level = self.nodes.iter().map(|n| x[n.axial]).sum::<f64>() / self.nodes.len() as f64;
         Touch { in_contact: contact.any(), clearance, level }
     }
 
+    /// How far a corner is above a face whose tip is at the undeformed surface (m).
+    fn above_tip(&self, corner: usize, x: &[f64]) -> f64 {
+        x[self.nodes[2 * corner].axial] - self.face_over(2 * corner, x).height
+    }
+
+    /// Shear, positive outwards, and pressure of the punch on a corner, both with respect to its face (N); what
+    /// adhesion can bear adds to the pressure.
+    fn reaction(&self, corner: usize, contact: &Contact, trial: &Trial<'_>) -> (f64, f64) {
+        let (radial, pressure) = self.hat_reaction(corner, contact, trial.forces);
+        let slope = self.face_over(2 * corner, trial.x).slope;
+        let length = (1.0 + slope * slope).sqrt();
+        let normal = (pressure + slope * radial) / length;
+        ((radial - slope * pressure) / length, normal + self.strength(corner, contact))
+    }
+
     /// Radial force and pressure of the punch on a corner, against its hat function (N); `forces` are the nodal
     /// ones.
-    fn reaction(&self, corner: usize, contact: &Contact, forces: &[f64]) -> (f64, f64) {
+    fn hat_reaction(&self, corner: usize, contact: &Contact, forces: &[f64]) -> (f64, f64) {
         let middle = 2 * corner;
         let neighbours = [middle.checked_sub(1), Some(middle + 1).filter(|&k| k < self.nodes.len())];
         let (mut radial, mut axial) = (forces[self.nodes[middle].radial], forces[self.nodes[middle].axial]);
-        for k in neighbours.into_iter().flatten().filter(|&k| contact.is_closed(k)) {
+        for k in neighbours.into_iter().flatten().filter(|&k| contact.clings(k / 2).0) {
             radial += 0.5 * forces[self.nodes[k].radial];
             axial += 0.5 * forces[self.nodes[k].axial];
         }
@@ -259,7 +314,7 @@ impl Surface {
         slid: bool,
     ) -> Option<(Status, bool)> {
         let friction = self.friction?;
-        let is_closed = |k: &usize| contact.corners[*k] != Status::Open;
+        let is_closed = |k: &usize| contact.corners[*k].is_closed();
         let status = contact.corners[patch.clone().find(is_closed)?];
         if status != Status::Held {
             let (mut motion, mut length) = (0.0, 0.0);
@@ -274,7 +329,7 @@ impl Surface {
         if slid {
             return None;
         }
-        let reactions = patch.clone().filter(is_closed).map(|k| self.reaction(k, contact, trial.forces));
+        let reactions = patch.clone().filter(is_closed).map(|k| self.reaction(k, contact, trial));
         let pulled = reactions.clone().any(|(_, pressure)| pressure < -trial.slack.force);
         let (shear, pressure) = reactions.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
         let neighbour = |k: usize| contact.corners.get(k).is_some_and(|status| *status != Status::Held);
@@ -299,7 +354,7 @@ impl Surface {
         let mut solve_again = false;
         for (patch, slid) in self.patches.iter().zip(&mut past.slid) {
             if let Some((status, at_once)) = self.bond(patch, &before, trial, *slid) {
-                for k in patch.clone().filter(|&k| before.corners[k] != Status::Open) {
+                for k in patch.clone().filter(|&k| before.corners[k].is_closed()) {
                     contact.corners[k] = status;
                 }
                 *slid |= status != Status::Held;
@@ -309,11 +364,16 @@ impl Surface {
                     continue;
                 }
             }
-            let closed = patch.clone().map(|k| contact.corners[k]).find(|status| *status != Status::Open);
+            let closed = patch.clone().map(|k| contact.corners[k]).find(|status| status.is_closed());
             for k in patch.clone() {
-                let is_open = before.corners[k] == Status::Open;
-                let above_face = trial.x[self.nodes[2 * k].axial] + trial.indentation;
-                if !is_open && self.reaction(k, &before, trial.forces).1 < -trial.slack.force {
+                let is_open = !before.corners[k].is_closed();
+                let above_face = self.above_tip(k, trial.x) + trial.indentation;
+                if !is_open && self.reaction(k, &before, trial).1 < -trial.slack.force {
+                    contact.corners[k] =
+                        if self.adhesion.is_active() { Status::Bridged } else { Status::Open };
+                    past.opened[k] = true;
+                    solve_again = true;
+                } else if before.corners[k] == Status::Bridged && -above_face > self.adhesion.opening {
                     contact.corners[k] = Status::Open;
                     past.opened[k] = true;
                     solve_again = true;

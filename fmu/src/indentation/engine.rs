@@ -30,7 +30,8 @@ impl Discretised {
     pub fn shared(parameters: &Parameters) -> Result<Self, StructureError> {
         Ok(match parameters.mesh.kind {
             MeshKind::Axisymmetric => {
-                Self::Axisymmetric(Sample::shared(&parameters.geometry, &parameters.mesh)?)
+                let Parameters { indenter, geometry, mesh, .. } = parameters;
+                Self::Axisymmetric(Sample::shared_under(indenter.profile, geometry, mesh)?)
             }
             MeshKind::Paper3d => Self::Paper3d(SolidSample::shared(&parameters.geometry)?),
         })

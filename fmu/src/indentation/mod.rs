@@ -1,5 +1,6 @@
 //! The indentation test: sample, boundary conditions, one time step, the punch's motion.
 
+mod adhesion;
 pub mod boundary;
 pub mod contact;
 pub mod coupling;
@@ -7,8 +8,10 @@ pub mod discretisation;
 pub mod engine;
 pub mod load_cell;
 pub mod motion;
+pub mod profile;
 pub mod sample;
 pub mod sensitivity;
 pub mod snapshot;
+mod stage;
 pub mod step;
 pub mod trend;

@@ -120,8 +120,8 @@ impl Stepper {
         let energy_scale = self.energy_scale();
         let nodes = self.surface.nodes();
         for (load, held) in loads.chunks_exact_mut(unknowns).zip(held.chunks_exact(nodes.len())) {
-            for &(radial, drag) in &self.conditions.drag {
-                load[radial] += drag * load[radial + 1];
+            for slide in &self.conditions.slides {
+                load[slide.radial] += slide.at(self.surface.profile(), x).ratio * load[slide.radial + 1];
             }
             for ((value, scale), condition) in
                 load.iter_mut().zip(&self.column_scale).zip(&self.conditions.unknowns)
@@ -131,6 +131,8 @@ impl Stepper {
             for (k, (node, held)) in nodes.iter().zip(held).enumerate() {
                 if contact.is_held(k) && self.conditions.unknowns[node.radial] == Condition::Fixed {
                     load[node.radial] = held / self.column_scale[node.radial];
+                    // A place farther out on an inclined face is higher.
+                    load[node.axial] = self.surface.face(k, contact).slope * load[node.radial];
                 }
             }
         }

@@ -1,22 +1,24 @@
 //! One time step of the sample under the punch.
 
-use super::boundary::{Condition, Conditions};
+use super::boundary::Conditions;
 use super::contact::{Contact, Slack, Surface, Touch, Trial};
 use super::coupling;
+use super::profile::Profile;
 use super::sample::Sample;
 use super::sensitivity::Sensitivity;
+use super::stage::{Drag, StageSystem};
 use super::trend::Trend;
 use crate::effect::EffectParameters;
 use crate::element::field::Integrals;
 use crate::element::sensitivity::HistorySensitivity;
 use crate::element::shape::POINTS;
-use crate::element::{Body, History, Inadmissible, Stage};
+use crate::element::{History, Inadmissible, Stage};
 use crate::material::PointMaterial;
 use crate::material::sensitivity::Flow;
 use crate::outputs::{Outputs, Statistics};
 use crate::parameters::{MaterialParameters, Parameters, TimeScheme};
-use crate::solver::linear::{LinearSolver, Singular};
-use crate::solver::newton::{self, NewtonFailure, System, Workspace};
+use crate::solver::linear::LinearSolver;
+use crate::solver::newton::{self, NewtonFailure, Workspace};
 use crate::solver::scheme::stages;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -25,11 +27,15 @@ use std::sync::Arc;
 const NEGLIGIBLE_PULL: f64 = 1e-7;
 /// A node closer to the punch's face than this fraction of the punch's radius touches it.
 const NEGLIGIBLE_GAP: f64 = 1e-8;
-/// Newton's method may stall at this residual.
-const STALLED: f64 = 1e-6;
-/// Part of a residual that is taken back first, and the smallest, when it cannot be taken back at once.
-const FIRST_RELEASE: f64 = 0.25;
-const SMALLEST_RELEASE: f64 = 0.005;
+/// Dimensionless stiffness of the drag on the nodes at first, and its changes after a success and a failure.
+const FIRST_DRAG: f64 = 1e-2;
+const DRAG_FALL: f64 = 0.2;
+const DRAG_RISE: f64 = 10.0;
+const MOST_DRAG: f64 = 10.0;
+/// Longest motion against drag, in steps.
+const MAX_DRAGGED: usize = 12;
+/// A dimensionless residual from which something like a snap, not a far start, keeps Newton's method.
+const NEAR: f64 = 1e-5;
 /// A stage changes its nodes in contact at most as many times.
 const MAX_CHANGES: usize = 16;
 
@@ -72,6 +78,7 @@ pub struct Stepper {
     stress_scale: f64,
     length_scale: f64,
     pub(super) column_scale: Vec<f64>,
+    is_pressure: Vec<bool>,
     pub(super) linear: LinearSolver,
     pub(super) work: Workspace,
     pub(super) stage_history: History,
@@ -88,19 +95,17 @@ pub struct Stepper {
 impl Stepper {
     /// A stepper for a parameter set on a sample.
     pub fn new(parameters: &Parameters, sample: Arc<Sample>) -> Self {
-        let m = &parameters.material;
+        let (m, effect) = (&parameters.material, &parameters.effect);
         let stress_scale =
             m.equilibrium.shear_modulus() + m.branches.iter().map(|b| b.ogden.shear_modulus()).sum::<f64>();
-        let length_scale = parameters.geometry.punch_radius;
-        let column_scale = sample
-            .mesh
-            .pressure_mask()
-            .into_iter()
-            .map(|pressure| if pressure { stress_scale } else { length_scale })
-            .collect();
+        let length_scale = parameters.geometry.reach();
+        let boundary = effect.slip.boundary(&parameters.boundary);
+        let profile = Profile::new(&parameters.indenter);
+        let is_pressure = sample.mesh.pressure_mask();
+        let unit = |pressure: &bool| if *pressure { stress_scale } else { length_scale };
+        let column_scale = is_pressure.iter().map(unit).collect();
         let (unknowns, points) = (sample.mesh.unknowns(), sample.mesh.elements.len() * POINTS);
         let sensitivities = parameters.solver.sensitivities;
-        let effect = &parameters.effect;
         let material = PointMaterial::with_effects(m, effect, 0.0);
         let softens = material.softening.is_some();
         Self {
@@ -108,17 +113,14 @@ impl Stepper {
             drifting: effect.modulus_drift.is_active().then(|| (m.clone(), effect.clone())),
             shear_layer: effect.slip.stiffness(),
             compliance: effect.compliance.per_newton,
-            conditions: Conditions::new(&sample.mesh, &effect.slip.boundary(&parameters.boundary)),
-            surface: Surface::new(
-                &sample.mesh,
-                &sample.geometry,
-                &effect.slip.boundary(&parameters.boundary),
-            ),
+            conditions: Conditions::new(&sample.mesh, &boundary),
+            surface: Surface::new(&sample.mesh, &sample.geometry, &boundary, profile, effect.adhesion),
             scheme: parameters.solver.time_scheme,
             tolerance: parameters.solver.newton_tolerance,
             stress_scale,
             length_scale,
             column_scale,
+            is_pressure,
             linear: LinearSolver::new(sample.structure.clone(), parameters.solver.linear_solver),
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
             stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len())
@@ -228,7 +230,7 @@ impl Stepper {
                 new.trend = Trend::at_rest(from.len());
             }
             let last = index + 1 == stages.len();
-            let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
+            let reaction = self.reaction();
             if last {
                 self.faces(&mut new, length)?;
             }
@@ -283,6 +285,7 @@ impl Stepper {
             self.conditions.apply(&self.surface, &new.contact);
             self.find(&mut new.x, dt, indentation, statistics)?;
             let (x, forces, mut contact) = (&new.x, &self.raw_residual, new.contact.clone());
+            let indentation = indentation - self.compliance * self.reaction();
             let trial = Trial { x, from, forces, indentation, slack };
             if !self.surface.change(&mut contact, &trial, &mut past) {
                 return Ok(contact);
@@ -293,8 +296,8 @@ impl Stepper {
         Err(NewtonFailure::Contact)
     }
 
-    /// Solves one stage for the nodes that are in contact. Where Newton's method fails on a partly open face, the
-    /// residual it started from is taken back little by little.
+    /// Solves one stage for the nodes that are in contact. Where Newton's method fails - beside a peeling edge the
+    /// folded surface may snap from one equilibrium to another - drag on the nodes leads it there.
     fn find(
         &mut self,
         x: &mut Vec<f64>,
@@ -304,60 +307,42 @@ impl Stepper {
     ) -> Result<(), NewtonFailure> {
         let start = x.clone();
         let Err(failure) = self.equilibrate(x, dt, indentation, None, statistics) else { return Ok(()) };
-        if matches!(failure, NewtonFailure::NotConverged { residual, .. } if residual < STALLED) {
-            // Crumpled elements, which a peeling edge leaves behind, round more than the tolerance allows.
-            self.misfit(x, dt, indentation)?;
-            return Ok(());
-        }
-        if self.conditions.drag.is_empty() && self.conditions.punch.len() == self.surface.nodes().len() {
+        // Under a fully closed face a far start fails for other reasons, which a shorter step removes.
+        let near = matches!(failure, NewtonFailure::NotConverged { residual, .. } if residual < NEAR);
+        let closed =
+            self.conditions.slides.is_empty() && self.conditions.punch.len() == self.surface.nodes().len();
+        if closed && !near {
             return Err(failure);
         }
         x.clone_from(&start);
-        let misfit = self.misfit(x, dt, indentation)?;
-        let (mut left, mut cut) = (1.0, FIRST_RELEASE);
-        while left > 0.0 {
-            let reached = x.clone();
-            let next = f64::max(left - cut, 0.0);
-            if self.equilibrate(x, dt, indentation, Some((&misfit, next)), statistics).is_ok() {
-                (left, cut) = (next, 2.0 * cut);
-            } else if cut > SMALLEST_RELEASE {
-                *x = reached;
-                cut *= 0.25;
-            } else {
-                return Err(failure);
+        let (mut reached, mut drag) = (start, FIRST_DRAG);
+        for _ in 0..MAX_DRAGGED {
+            let dragged =
+                Some(Drag { from: &reached, stiffness: drag, is_pressure: &self.is_pressure.clone() });
+            match self.equilibrate(x, dt, indentation, dragged, statistics) {
+                Ok(()) => {
+                    reached.clone_from(x);
+                    drag *= DRAG_FALL;
+                    if self.equilibrate(x, dt, indentation, None, statistics).is_ok() {
+                        return Ok(());
+                    }
+                }
+                Err(_) if drag < MOST_DRAG => drag *= DRAG_RISE,
+                // A shorter step does the same.
+                Err(_) => break,
             }
+            x.clone_from(&reached);
         }
-        Ok(())
+        Err(failure)
     }
 
-    /// Dimensionless residual at `x`.
-    fn misfit(&mut self, x: &[f64], dt: f64, indentation: f64) -> Result<Vec<f64>, NewtonFailure> {
-        let (mut residual, mut values) = (vec![0.0; x.len()], vec![0.0; self.work.tangent().len()]);
-        let mut system = StageSystem {
-            body: self.sample.body(&self.material),
-            conditions: &self.conditions,
-            column_scale: &self.column_scale,
-            energy_scale: self.energy_scale(),
-            history: &self.stage_history,
-            dt,
-            indentation,
-            shear_layer: self.shear_layer,
-            compliance: self.compliance,
-            kept: None,
-            raw_residual: &mut self.raw_residual,
-            reaction_row: &mut self.reaction_row,
-        };
-        system.evaluate(x, &mut residual, &mut values).map_err(NewtonFailure::Inadmissible)?;
-        Ok(residual)
-    }
-
-    /// Newton's method on one stage; `kept` is a residual and how much of it remains.
+    /// Newton's method on one stage.
     fn equilibrate(
         &mut self,
         x: &mut [f64],
         dt: f64,
         indentation: f64,
-        kept: Option<(&[f64], f64)>,
+        drag: Option<Drag<'_>>,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let energy_scale = self.energy_scale();
@@ -371,13 +356,19 @@ impl Stepper {
             indentation,
             shear_layer: self.shear_layer,
             compliance: self.compliance,
-            kept,
+            profile: self.surface.profile(),
+            drag,
             raw_residual: &mut self.raw_residual,
             reaction_row: &mut self.reaction_row,
         };
         self.residual_norms =
             newton::solve(&mut system, &mut self.linear, &mut self.work, x, self.tolerance, statistics)?;
         Ok(())
+    }
+
+    /// Force of the punch on the sample where the last stage ended (N).
+    fn reaction(&self) -> f64 {
+        -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>() - self.conditions.free_pull
     }
 
     fn faces(&self, new: &mut State, dt: f64) -> Result<(), NewtonFailure> {
@@ -398,110 +389,5 @@ impl Stepper {
 impl From<Inadmissible> for NewtonFailure {
     fn from(failed: Inadmissible) -> Self {
         Self::Inadmissible(failed.element)
-    }
-}
-
-/// One implicit stage as a dimensionless system of equations.
-struct StageSystem<'a> {
-    body: Body<'a>,
-    conditions: &'a Conditions,
-    column_scale: &'a [f64],
-    energy_scale: f64,
-    history: &'a History,
-    dt: f64,
-    indentation: f64,
-    shear_layer: Option<f64>,
-    compliance: f64,
-    /// A dimensionless residual and how much of it remains.
-    kept: Option<(&'a [f64], f64)>,
-    raw_residual: &'a mut [f64],
-    reaction_row: &'a mut [f64],
-}
-
-impl System for StageSystem<'_> {
-    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
-        let stage = Stage { x, old: self.history, dt: self.dt };
-        self.body.assemble(&stage, residual, values).map_err(|failed| failed.element)?;
-        if let Some(stiffness) = self.shear_layer {
-            self.body.add_shear_layer(stiffness, x, residual, values);
-        }
-        self.raw_residual.copy_from_slice(residual);
-        let indentation = if self.compliance == 0.0 {
-            self.indentation
-        } else {
-            let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
-            self.indentation - self.compliance * reaction
-        };
-        for column in 0..x.len() {
-            let (first, rows) = self.body.map.pattern.column(column);
-            let scale = self.column_scale[column] / self.energy_scale;
-            let mut reaction = 0.0;
-            let values = &mut values[first..first + rows.len()];
-            for &(radial, drag) in &self.conditions.drag {
-                // The axial unknown of a node follows its radial one.
-                if let Ok(k) = rows.binary_search(&(radial as u32)) {
-                    values[k] += drag * values[k + 1];
-                }
-            }
-            for (value, &row) in values.iter_mut().zip(rows) {
-                let condition = self.conditions.unknowns[row as usize];
-                if condition == Condition::Punch {
-                    reaction += *value;
-                }
-                *value = match condition {
-                    Condition::Free => *value * scale * self.column_scale[row as usize],
-                    _ if row as usize == column => 1.0,
-                    _ => 0.0,
-                };
-            }
-            self.reaction_row[column] = reaction;
-        }
-        for &(radial, drag) in &self.conditions.drag {
-            residual[radial] += drag * residual[radial + 1];
-        }
-        for (unknown, r) in residual.iter_mut().enumerate() {
-            let scale = self.column_scale[unknown];
-            let value = self.conditions.values[unknown];
-            match self.conditions.unknowns[unknown] {
-                Condition::Free => *r *= scale / self.energy_scale,
-                Condition::Fixed => *r = (x[unknown] - value) / scale,
-                Condition::Punch => *r = (x[unknown] + indentation - value) / scale,
-            }
-        }
-        if let Some((kept, part)) = self.kept {
-            residual.iter_mut().zip(kept).for_each(|(r, kept)| *r -= part * kept);
-        }
-        let mut square = 0.0;
-        for (r, condition) in residual.iter().zip(&self.conditions.unknowns) {
-            if *condition == Condition::Free {
-                square += r * r;
-            }
-        }
-        if self.compliance != 0.0 {
-            // All nodes of the punch miss its place by the same.
-            let miss = self.conditions.punch.first().map_or(0.0, |&u| residual[u]);
-            square += miss * miss;
-        }
-        Ok(square.sqrt())
-    }
-
-    fn couple(
-        &self,
-        linear: &mut LinearSolver,
-        values: &[f64],
-        correction: &mut [f64],
-    ) -> Result<(), Singular> {
-        if self.compliance == 0.0 {
-            return Ok(());
-        }
-        let unit = coupling::UnitMotion::new(self.conditions, self.column_scale, self.reaction_row, |rhs| {
-            linear.solve_again(values, rhs)
-        })?;
-        unit.couple(self.compliance, self.column_scale, self.reaction_row, correction);
-        Ok(())
-    }
-
-    fn scale(&self) -> &[f64] {
-        self.column_scale
     }
 }

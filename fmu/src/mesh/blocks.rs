@@ -1,7 +1,7 @@
 //! Quadrilaterals of the parts of the mesh.
 
 use super::grading::layers;
-use super::presets::Resolution;
+use super::presets::{Resolution, Zone};
 use crate::parameters::GeometryParameters;
 
 /// Corners (R, Z): lower left, lower right, upper left, upper right of the reference square.
@@ -46,6 +46,30 @@ pub fn indentation(geometry: &GeometryParameters, resolution: &Resolution) -> Ve
     quads.retain(|quad| !inside_rings(quad));
     quads.extend(rings([a, h], half, resolution));
     quads
+}
+
+/// A grid that is even where the contact's edge may run, up to the punch's radius, and coarsens away from there.
+pub fn growing_contact(geometry: &GeometryParameters, zone: &Zone) -> Vec<Quad> {
+    let (a, b, h) = (geometry.punch_radius, geometry.sample_radius, geometry.sample_height);
+    let elements = (a / zone.size).ceil().max(1.0);
+    let mut radii: Vec<f64> = (0..=elements as usize).map(|k| a * k as f64 / elements).collect();
+    radii.extend(layers(b - a, zone.size, zone.growth).into_iter().map(|x| a + x));
+    let mut heights: Vec<f64> = layers(h, zone.size, zone.growth).into_iter().map(|x| h - x).rev().collect();
+    heights[0] = 0.0;
+    heights.push(h);
+    tensor(&radii, &heights)
+}
+
+/// A grid for a sample between two plates, fine towards its side and both plates.
+pub fn platen(geometry: &GeometryParameters, zone: &Zone) -> Vec<Quad> {
+    let (b, h) = (geometry.sample_radius, geometry.sample_height);
+    let mut radii: Vec<f64> = layers(b, zone.size, zone.growth).into_iter().map(|x| b - x).rev().collect();
+    radii[0] = 0.0;
+    radii.push(b);
+    let half = layers(0.5 * h, zone.size, zone.growth);
+    let lower = std::iter::once(0.0).chain(half.iter().copied());
+    let upper = half.iter().rev().skip(1).map(|x| h - x).chain([h]);
+    tensor(&radii, &lower.chain(upper).collect::<Vec<_>>())
 }
 
 /// Rings between half-squares around `edge`, the innermost collapsed to it.

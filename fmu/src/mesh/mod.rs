@@ -8,7 +8,7 @@ mod blocks;
 mod grading;
 mod presets;
 
-use crate::parameters::{GeometryParameters, MeshParameters};
+use crate::parameters::{GeometryParameters, IndenterProfile, MeshParameters};
 use blocks::Quad;
 use std::collections::HashMap;
 
@@ -62,10 +62,23 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// The mesh of a geometry.
+    /// The mesh of a geometry under a flat punch.
     pub fn new(geometry: &GeometryParameters, mesh: &MeshParameters) -> Self {
+        if geometry.is_platen() {
+            let zone = presets::platen(mesh, geometry.sample_radius);
+            return Self::from_quads(&blocks::platen(geometry, &zone), f64::INFINITY);
+        }
         let resolution = presets::resolve(mesh, geometry.punch_radius);
         Self::from_quads(&blocks::indentation(geometry, &resolution), geometry.punch_radius)
+    }
+
+    /// The mesh of a geometry under an indenter of this profile.
+    pub fn under(profile: IndenterProfile, geometry: &GeometryParameters, mesh: &MeshParameters) -> Self {
+        if profile == IndenterProfile::Flat {
+            return Self::new(geometry, mesh);
+        }
+        let zone = presets::growing_contact(mesh, geometry.punch_radius);
+        Self::from_quads(&blocks::growing_contact(geometry, &zone), geometry.punch_radius)
     }
 
     /// The rectangular mesh of given grid lines (ascending from 0); `punch_radius` is one of the radii.

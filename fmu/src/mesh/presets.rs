@@ -15,6 +15,37 @@ pub struct Resolution {
     pub outer_growth: f64,
 }
 
+/// How fine a grid without rings is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Zone {
+    /// Size of the elements where the edge of a growing contact may run, or at the side under a platen (m).
+    pub size: f64,
+    /// Ratio of neighbouring elements away from there.
+    pub growth: f64,
+}
+
+/// Zone of a contact that grows up to `radius`: the preset's unless overridden.
+pub fn growing_contact(mesh: &MeshParameters, radius: f64) -> Zone {
+    zone(mesh, radius, [(1.0 / 16.0, 1.6), (1.0 / 32.0, 1.4), (1.0 / 64.0, 1.3)])
+}
+
+/// Zone at the side of a sample of this radius under a platen: the preset's unless overridden.
+pub fn platen(mesh: &MeshParameters, radius: f64) -> Zone {
+    zone(mesh, radius, [(0.04, 2.0), (0.015, 1.7), (0.005, 1.5)])
+}
+
+fn zone(mesh: &MeshParameters, radius: f64, presets: [(f64, f64); 3]) -> Zone {
+    let (size, growth) = presets[match mesh.preset {
+        MeshPreset::Coarse => 0,
+        MeshPreset::Standard => 1,
+        MeshPreset::Fine => 2,
+    }];
+    Zone {
+        size: if mesh.edge_size > 0.0 { mesh.edge_size } else { size * radius },
+        growth: if mesh.growth > 0.0 { mesh.growth } else { growth },
+    }
+}
+
 /// Resolution of the parameters: the preset's unless overridden.
 pub fn resolve(mesh: &MeshParameters, punch_radius: f64) -> Resolution {
     // Edge size in units of the punch radius.

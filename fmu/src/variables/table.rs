@@ -1,15 +1,17 @@
 //! The entries. Starts come from `Default`, so no number of the model is written twice.
 
 use super::units::{
-    CUBIC_METRE, JOULE, METRE, METRE_PER_SECOND, NEWTON, ONE, PASCAL, PASCAL_SECOND, SECOND, SQUARE_METRE,
-    Unit, WATT,
+    CUBIC_METRE, JOULE, METRE, METRE_PER_SECOND, NEWTON, ONE, PASCAL, PASCAL_SECOND, RADIAN, SECOND,
+    SQUARE_METRE, Unit, WATT,
 };
 use super::{
     Binding, Causality, Enumeration, Identification, Kind, ProtocolSource, Readings, Variability, Variable,
     sensitivities,
 };
 use crate::fields::Frames;
-use crate::parameters::{LinearSolverKind, MeshKind, MeshPreset, TimeScheme};
+use crate::parameters::{
+    CONE_HALF_ANGLE, IndenterProfile, LinearSolverKind, MeshKind, MeshPreset, TimeScheme,
+};
 
 const MESH_PRESET: Enumeration = Enumeration {
     name: "MeshPreset",
@@ -24,6 +26,14 @@ const MESH_KIND: Enumeration = Enumeration {
     items: &[
         ("axisymmetric", "Axisymmetric elements: exact for this test, and hundreds of times cheaper"),
         ("paper-3d", "Quarter of the cylinder in 3184 hexahedra with hanging nodes, of the paper's size"),
+    ],
+};
+const PROFILE: Enumeration = Enumeration {
+    name: "IndenterProfile",
+    items: &[
+        ("flat", "A flat punch; at least as wide as the sample it is a platen"),
+        ("sphere", "A sphere of indenter.sphere_radius"),
+        ("cone", "A cone of indenter.cone_half_angle"),
     ],
 };
 const TIME_SCHEME: Enumeration = Enumeration {
@@ -317,7 +327,8 @@ macro_rules! branch {
 const GEOMETRY: &[Variable] = &[
     real(
         "geometry.punch_radius",
-        "Radius of the flat punch",
+        "Radius of the flat punch, or of the shank of a sphere or cone: the largest contact radius, up to which \
+             the mesh is fine. A flat punch at least as wide as the sample is a platen",
         &METRE,
         LENGTH,
         field!(Real, padded.geometry.punch_radius),
@@ -335,6 +346,33 @@ const GEOMETRY: &[Variable] = &[
         &METRE,
         LENGTH,
         field!(Real, padded.geometry.sample_height),
+    ),
+];
+
+const INDENTER: &[Variable] = &[
+    variable(
+        "indenter.profile",
+        "Shape of the punch's face",
+        Kind::Enumeration(&PROFILE),
+        choice!(
+            IndenterProfile::Flat,
+            [IndenterProfile::Flat, IndenterProfile::Sphere, IndenterProfile::Cone],
+            padded.indenter.profile
+        ),
+    ),
+    real(
+        "indenter.sphere_radius",
+        "Radius of a sphere, at least geometry.punch_radius / 0.9; acts only with indenter.profile = sphere",
+        &METRE,
+        (1e-6, 1e3),
+        field!(Real, padded.indenter.sphere_radius),
+    ),
+    real(
+        "indenter.cone_half_angle",
+        "Angle between the axis and the flank of a cone; acts only with indenter.profile = cone",
+        &RADIAN,
+        CONE_HALF_ANGLE,
+        field!(Real, padded.indenter.cone_half_angle),
     ),
 ];
 
@@ -357,21 +395,22 @@ const MESH: &[Variable] = &[
     ),
     real(
         "mesh.edge_size",
-        "Size of the innermost ring of elements at the punch's edge; 0 takes the preset's",
+        "Size of the innermost ring of elements at the punch's edge, of the elements under a sphere or cone, or \
+             at the side under a platen; 0 takes the preset's",
         &METRE,
         (0.0, 1.0),
         field!(Real, padded.mesh.edge_size),
     ),
     real(
         "mesh.growth",
-        "Ratio of neighbouring rings of elements; 0 takes the preset's",
+        "Ratio of neighbouring rings of elements, or of elements away from the contact; 0 takes the preset's",
         &ONE,
         (0.0, 10.0),
         field!(Real, padded.mesh.growth),
     ),
     variable(
         "mesh.divisions",
-        "Elements along the inner side of every ring; 0 takes the preset's",
+        "Elements along the inner side of every ring around a flat punch's edge; 0 takes the preset's",
         Kind::Integer { range: Some((0, 64)) },
         // The range lets no negative number through.
         Binding::Integer(
@@ -568,7 +607,7 @@ const FIELDS: &[Variable] = &[
 ];
 
 /// The sections in the order of the value references; those of the effects follow.
-const SECTIONS: [&[Variable]; 17] = [
+const SECTIONS: [&[Variable]; 18] = [
     INPUTS,
     OUTPUTS,
     STATISTICS,
@@ -578,6 +617,7 @@ const SECTIONS: [&[Variable]; 17] = [
     branch!(2, "3"),
     branch!(3, "4"),
     GEOMETRY,
+    INDENTER,
     MESH,
     BOUNDARY,
     SOLVER,

@@ -19,6 +19,8 @@ const fn unit(symbol: &'static str, exponents: (i8, i8, i8), display: &'static s
 
 /// A pure number.
 pub const ONE: Unit = unit("1", (0, 0, 0), "1", 1.0);
+/// Angle.
+pub const RADIAN: Unit = unit("rad", (0, 0, 0), "deg", 180.0 / std::f64::consts::PI);
 /// Length.
 pub const METRE: Unit = unit("m", (0, 1, 0), "mm", 1e3);
 /// Velocity.
@@ -57,8 +59,9 @@ pub const NEWTON_PER_SECOND: Unit = unit("N/s", (1, 1, -3), "mN/s", 1e3);
 pub const JOULE: Unit = unit("J", (1, 2, -2), "uJ", 1e6);
 
 /// Every unit that the variable table may use.
-pub const ALL: [&Unit; 19] = [
+pub const ALL: [&Unit; 20] = [
     &ONE,
+    &RADIAN,
     &METRE,
     &METRE_PER_SECOND,
     &SQUARE_METRE,

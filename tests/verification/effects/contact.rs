@@ -5,6 +5,7 @@ use poropunch::indentation::sample::Sample;
 use poropunch::indentation::step::Stepper;
 use poropunch::mesh::Mesh;
 use poropunch::parameters::{BoundaryParameters, GeometryParameters};
+use poropunch::protocol::Trapezoid;
 use poropunch::{Instance, Model, Parameters, Statistics, StepError};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -21,6 +22,46 @@ fn slip_leads_from_bonded_to_frictionless() {
     approx::assert_relative_eq!(slipping[0], bonded, max_relative = 1e-5);
     approx::assert_relative_eq!(slipping[4], frictionless, max_relative = 1e-5);
     assert!(slipping.windows(2).all(|pair| pair[1] < pair[0]), "{slipping:?}");
+}
+
+/// Goal: shear layer, compliant machine and lagging load cell go through separation and a second touch.
+/// Set-up: one effect at a time at its plausible scale, two cycles of P2. Tolerance: the specimen is never pulled
+/// (1e-4 mN) and free of force above the surface; with the compliance the specimen's energies balance within 0.5 %;
+/// the lag's reading follows within five of its times (1e-2 of the peak); second peak within 10 % of the first.
+#[test]
+fn effects_go_through_separation() {
+    let effects = [
+        ("effect.slip.compliance", 1e-6),
+        ("effect.compliance.per_newton", 2e-3),
+        ("effect.load_cell_lag.time", 0.05),
+    ];
+    for (name, value) in effects {
+        let protocol = Trapezoid { cycles: 2, ..Trapezoid::p2() }.protocol().unwrap();
+        let model = Model::new(parameters(&[(name, value)])).unwrap();
+        let mut instance = Instance::new(&model, -GAP).unwrap();
+        let (mut peaks, mut leg) = ([0.0_f64; 2], 0);
+        for pair in protocol.points().windows(2) {
+            let ((from, a), (to, b)) = (pair[0], pair[1]);
+            for k in 1..=20 {
+                let part = f64::from(k) / 20.0;
+                instance.set_displacement(a + (b - a) * part);
+                instance.advance(from + (to - from) * part - instance.time()).unwrap();
+                let o = instance.outputs();
+                let case = format!("{name}, {} s: {o:?}", instance.time());
+                assert!(o.force_specimen > -1e-7, "{case}");
+                assert!(o.displacement > 0.0 || o.force_specimen == 0.0, "{case}");
+                peaks[leg / 6] = peaks[leg / 6].max(o.force);
+                if name == "effect.compliance.per_newton" {
+                    let spent = o.stored_energy + o.viscous_dissipation + o.porous_dissipation;
+                    assert!((spent - o.external_work).abs() < 5e-3 * o.external_work + 1e-12, "{case}");
+                }
+            }
+            let o = instance.outputs();
+            assert!((o.force - o.force_specimen).abs() < 1e-2 * peaks[0] || leg % 6 == 0, "{name}: {o:?}");
+            leg += 1;
+        }
+        assert!(peaks[1] > 0.9 * peaks[0] && peaks[1] < 1.002 * peaks[0], "{name}: {peaks:?}");
+    }
 }
 
 /// Goal: an offset is a shift of the displacement. Reference: the plain model on the shifted path; contact

@@ -1,5 +1,6 @@
 //! The catalogue of effects: null, plausible scale, states; one file per place for the laws themselves.
 
+mod adhesion;
 mod contact;
 mod machine;
 mod permeability;
@@ -67,6 +68,19 @@ fn curve_at(parameters: &Parameters, times: &[f64]) -> Vec<Outputs> {
     results
 }
 
+/// Results while the punch leaves, which alone adhesion changes.
+fn retraction(parameters: &Parameters) -> Vec<Outputs> {
+    let mut instance = Instance::new(&Model::new(parameters.clone()).unwrap(), 0.0).unwrap();
+    instance.set_displacement(DEPTH);
+    instance.advance(DEPTH / RATE).unwrap();
+    let mut go = |k: i32| {
+        instance.set_displacement(DEPTH * (1.0 - 0.1 * f64::from(k)));
+        instance.advance(0.1).unwrap();
+        instance.outputs()
+    };
+    (1..=15).map(&mut go).collect()
+}
+
 /// Largest difference of the forces (N).
 fn distance(a: &[Outputs], b: &[Outputs]) -> f64 {
     a.iter().zip(b).fold(0.0, |m, (a, b)| m.max((a.force - b.force).abs()))
@@ -126,7 +140,11 @@ fn plausible_scales_matter() {
         }
         let with = |magnitude: f64| {
             let values: Vec<_> = plain.iter().copied().chain(at(variant, magnitude)).collect();
-            curve(&parameters(&values))
+            if name.starts_with("adhesion") {
+                retraction(&parameters(&values))
+            } else {
+                curve(&parameters(&values))
+            }
         };
         let (null, whole) = (with(0.0), with(1.0));
         let effect = distance(&null, &whole);
@@ -149,6 +167,7 @@ fn everything() -> Vec<(&'static str, f64)> {
         ("effect.modulus_drift.rate", 1e-3),
         ("effect.amplitude.log_factor", -0.2),
         ("effect.slip.compliance", 1e-6),
+        ("effect.adhesion.strength", 100.0),
         ("effect.offset.height", 5e-5),
         ("effect.compliance.per_newton", 5e-3),
         ("effect.load_cell_drift.rate", 1e-5),

@@ -1,0 +1,151 @@
+//! One implicit stage as a system of equations for Newton's method.
+
+use super::boundary::{Condition, Conditions, Guide};
+use super::coupling;
+use super::profile::Profile;
+use crate::element::{Body, History, Stage};
+use crate::solver::linear::{LinearSolver, Singular};
+use crate::solver::newton::System;
+
+/// Dimensionless springs between the nodes and where they were: one long step of an overdamped motion.
+#[derive(Clone, Copy)]
+pub(super) struct Drag<'a> {
+    /// Where they were.
+    pub from: &'a [f64],
+    /// Stiffness.
+    pub stiffness: f64,
+    /// Which unknowns are pressures, without drag.
+    pub is_pressure: &'a [bool],
+}
+
+/// One implicit stage as a dimensionless system of equations.
+pub(super) struct StageSystem<'a> {
+    pub body: Body<'a>,
+    pub conditions: &'a Conditions,
+    pub column_scale: &'a [f64],
+    pub energy_scale: f64,
+    pub history: &'a History,
+    pub dt: f64,
+    pub indentation: f64,
+    pub shear_layer: Option<f64>,
+    pub compliance: f64,
+    pub profile: &'a Profile,
+    pub drag: Option<Drag<'a>>,
+    pub raw_residual: &'a mut [f64],
+    pub reaction_row: &'a mut [f64],
+}
+
+impl System for StageSystem<'_> {
+    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
+        let stage = Stage { x, old: self.history, dt: self.dt };
+        self.body.assemble(&stage, residual, values).map_err(|failed| failed.element)?;
+        if let Some(stiffness) = self.shear_layer {
+            self.body.add_shear_layer((stiffness, &self.conditions.closed_points), x, residual, values);
+        }
+        self.raw_residual.copy_from_slice(residual);
+        let indentation = if self.compliance == 0.0 {
+            self.indentation
+        } else {
+            let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
+            self.indentation - self.compliance * (reaction - self.conditions.free_pull)
+        };
+        for &(axial, pull) in &self.conditions.pulls {
+            residual[axial] -= pull;
+        }
+        let guides: Vec<(usize, Guide)> =
+            self.conditions.slides.iter().map(|s| (s.radial, s.at(self.profile, x))).collect();
+        for column in 0..x.len() {
+            let (first, rows) = self.body.map.pattern.column(column);
+            let scale = self.column_scale[column] / self.energy_scale;
+            let mut reaction = 0.0;
+            let values = &mut values[first..first + rows.len()];
+            for (radial, guide) in &guides {
+                // The axial unknown of a node follows its radial one.
+                if let Ok(k) = rows.binary_search(&(*radial as u32)) {
+                    values[k] += guide.ratio * values[k + 1];
+                    if *radial == column {
+                        values[k] += guide.ratio_slope * residual[radial + 1];
+                    }
+                }
+            }
+            for (value, &row) in values.iter_mut().zip(rows) {
+                let condition = self.conditions.unknowns[row as usize];
+                if condition == Condition::Punch {
+                    reaction += *value;
+                }
+                *value = match condition {
+                    Condition::Free => *value * scale * self.column_scale[row as usize],
+                    _ if row as usize == column => 1.0,
+                    _ => 0.0,
+                };
+            }
+            self.reaction_row[column] = reaction;
+        }
+        for ((radial, guide), slide) in guides.iter().zip(&self.conditions.slides) {
+            residual[*radial] += guide.ratio * residual[radial + 1] - slide.friction * slide.adhesion;
+            // Where the node slides, the face's height changes with its slope.
+            values[self.body.map.pattern.position(*radial as u32 + 1, *radial as u32) as usize] -=
+                guide.face.slope;
+        }
+        for (unknown, r) in residual.iter_mut().enumerate() {
+            let scale = self.column_scale[unknown];
+            let value = self.conditions.values[unknown];
+            match self.conditions.unknowns[unknown] {
+                Condition::Free => *r *= scale / self.energy_scale,
+                Condition::Fixed => *r = (x[unknown] - value) / scale,
+                Condition::Punch => *r = (x[unknown] + indentation - value) / scale,
+            }
+        }
+        let mut square = 0.0;
+        for (radial, guide) in &guides {
+            let axial = radial + 1;
+            residual[axial] = (x[axial] + indentation - guide.face.height) / self.column_scale[axial];
+            if !self.profile.is_flat() {
+                // Newton's method has to find the place on a curved face.
+                square += residual[axial] * residual[axial];
+            }
+        }
+        if let Some(drag) = &self.drag {
+            let places = drag.is_pressure.iter().zip(&self.conditions.unknowns);
+            for (unknown, (is_pressure, condition)) in places.enumerate() {
+                if *condition == Condition::Free && !is_pressure {
+                    let moved = (x[unknown] - drag.from[unknown]) / self.column_scale[unknown];
+                    residual[unknown] += drag.stiffness * moved;
+                    let diagonal = self.body.map.pattern.position(unknown as u32, unknown as u32);
+                    values[diagonal as usize] += drag.stiffness;
+                }
+            }
+        }
+        for (r, condition) in residual.iter().zip(&self.conditions.unknowns) {
+            if *condition == Condition::Free {
+                square += r * r;
+            }
+        }
+        if self.compliance != 0.0 {
+            // All nodes of the punch miss its place by the same.
+            let miss = self.conditions.punch.first().map_or(0.0, |&u| residual[u]);
+            square += miss * miss;
+        }
+        Ok(square.sqrt())
+    }
+
+    fn couple(
+        &self,
+        linear: &mut LinearSolver,
+        values: &[f64],
+        correction: &mut [f64],
+    ) -> Result<(), Singular> {
+        if self.compliance == 0.0 {
+            return Ok(());
+        }
+        let unit = coupling::UnitMotion::new(self.conditions, self.column_scale, self.reaction_row, |rhs| {
+            linear.solve_again(values, rhs)
+        })?;
+        unit.couple(self.compliance, self.column_scale, self.reaction_row, correction);
+        Ok(())
+    }
+
+    fn scale(&self) -> &[f64] {
+        self.column_scale
+    }
+}
