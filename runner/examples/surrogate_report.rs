@@ -174,6 +174,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         noise: &noise,
         derived: &material_quantities(2),
         complete: &|v: &mut Values| v.set("material.fluid_viscosity", 0.89e-3),
+        first_holds: vec![],
         curves,
         runs: RunStatistics { runs, mean_in_flight: 1.0, ..RunStatistics::default() },
         starts: found.records,

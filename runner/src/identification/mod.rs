@@ -9,11 +9,14 @@ pub mod settings;
 
 pub use settings::{FitSettings, JacobianSource, Settings, SettingsError, Source};
 
+use crate::diagnosis::covariance::{Common, test_noise};
+use crate::diagnosis::observation::Observation;
 use crate::engine::Engine;
 use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options};
 use crate::objective::{Dataset, JacobianLoad, Objective, ParameterMap};
 use crate::pool::{ForceCurve, Priority, Run};
+use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -104,6 +107,7 @@ fn noise_of(datasets: &[Dataset]) -> Noise {
             common.push(CommonError { name: format!("height of {}", dataset.measurement.name), residual });
         }
         common.extend(numerical_errors(dataset, before, total));
+        common.extend(slow_noise(dataset, before, total));
         before += points(dataset);
     }
     Noise {
@@ -138,6 +142,23 @@ fn numerical_errors(dataset: &Dataset, before: usize, total: usize) -> Vec<Commo
             }
         })
         .collect()
+}
+
+/// Slow noise of the load cell and differences in shape between the specimens, where the measurement tells them.
+fn slow_noise(dataset: &Dataset, before: usize, total: usize) -> Vec<CommonError> {
+    // A motion without a loading has no cycles and tells nothing of the kind.
+    let Ok(observation) = Observation::new(&dataset.measurement, None) else { return vec![] };
+    let force_mn = DVector::from_vec(observation.force_mn());
+    let one = |common: Common| {
+        let mut residual = vec![0.0; total];
+        for (r, (shape_mn, scale_n)) in
+            residual[before..].iter_mut().zip(common.shape_mn.iter().zip(dataset.scale_n()))
+        {
+            *r = 1e-3 * shape_mn / scale_n;
+        }
+        CommonError { name: common.name, residual }
+    };
+    test_noise(&observation, &force_mn).common.into_iter().map(one).collect()
 }
 
 /// Curves of the datasets with given parameter values; those that failed say why.

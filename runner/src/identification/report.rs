@@ -1,6 +1,7 @@
 //! From an identification to the report of it.
 
 use super::{Identification, curves, noise_of};
+use crate::data::Phase;
 use crate::engine::Engine;
 use crate::fit::derived::material_quantities;
 use crate::fit::{FitError, Values};
@@ -67,12 +68,26 @@ pub fn report(context: &Context, found: &Identification) -> Result<(FitReport, V
         noise: &noise,
         derived: &derived,
         complete: &complete,
+        first_holds: first_holds(c.fitted),
         curves: measured,
         runs: run_statistics(c, found),
         starts: found.search.records.clone(),
         settings: settings(c),
     };
     Ok((assembly.build()?, missing))
+}
+
+/// Points of the first loading and hold of each test, among those of all tests.
+fn first_holds(datasets: &[Dataset]) -> Vec<usize> {
+    let mut points = Vec::new();
+    let mut before = 0;
+    for d in datasets {
+        let after_hold = |phase: &Phase| matches!(phase, Phase::Unload | Phase::Recovery);
+        let end = d.phases.iter().position(after_hold).unwrap_or(d.phases.len());
+        points.extend(before..before + end);
+        before += d.phases.len();
+    }
+    points
 }
 
 fn measured_curve(dataset: &Dataset, curve: &ForceCurve, role: Role) -> MeasuredCurve {

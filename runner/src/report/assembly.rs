@@ -1,5 +1,6 @@
 //! From a solution and its curves to the report: everything that can be computed is computed here.
 
+use super::first_hold::gains;
 use super::fit_report::*;
 use super::verdict;
 use crate::fit::derived::{self, DerivedQuantity, Values};
@@ -59,6 +60,8 @@ pub struct Assembly<'a> {
     pub derived: &'a [DerivedQuantity],
     /// Adds fixed and tied parameters (SI) to the free ones.
     pub complete: &'a dyn Fn(&mut Values),
+    /// Rows of the solution that belong to the first loading and hold of a test.
+    pub first_holds: Vec<usize>,
     /// Measurements, those fitted first.
     pub curves: Vec<MeasuredCurve>,
     /// What it cost.
@@ -81,6 +84,8 @@ impl Assembly<'_> {
         let statistics = Statistics::new(self.parameters, self.solution, self.noise)?;
         let derived =
             derived::estimate(self.derived, self.parameters, &self.solution.x, &statistics, self.complete);
+        let gains =
+            gains(self.parameters, self.derived, self.solution, self.noise, &self.first_holds, self.complete);
         let analysis = Identifiability::new(self.parameters, self.solution, &statistics, &derived);
         let measurements: Vec<_> = self.curves.into_iter().map(MeasuredCurve::evaluate).collect();
         let mut report = FitReport {
@@ -106,6 +111,7 @@ impl Assembly<'_> {
                     determination: d.determination,
                 })
                 .collect(),
+            gains,
             correlation: Correlation {
                 symbols: self.parameters.iter().map(|p| p.symbol.clone()).collect(),
                 matrix: rows(&statistics.correlation),

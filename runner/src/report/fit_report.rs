@@ -30,6 +30,10 @@ pub struct FitReport {
     pub fixed: Vec<FixedRow>,
     /// Quantities computed from the parameters.
     pub derived: Vec<DerivedRow>,
+    /// How much better values are known from everything than from the first loading and hold of each test; empty
+    /// where nothing else was fitted.
+    #[serde(default)]
+    pub gains: Vec<GainRow>,
     /// Correlation of each pair of free parameters.
     pub correlation: Correlation,
     /// What the data do not determine.
@@ -63,6 +67,17 @@ pub struct Verdict {
     pub undetermined: Vec<String>,
     /// What the reader must know before using the numbers.
     pub warnings: Vec<String>,
+}
+
+/// How well a value is known: half-widths of its 95 % interval in ln(value).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GainRow {
+    /// Symbol, plain text.
+    pub symbol: String,
+    /// From the first loading and hold of each test.
+    pub first_hold: f64,
+    /// From everything that was fitted.
+    pub all: f64,
 }
 
 /// A free parameter.

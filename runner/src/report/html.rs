@@ -23,6 +23,7 @@ pub fn page(report: &FitReport) -> String {
                 (verdict(&report.verdict))
                 (parameters(report))
                 (derived(report))
+                (gains(report))
                 (curves(report))
                 (characteristic_numbers(report))
                 (parts(report))
@@ -156,6 +157,27 @@ fn derived(report: &FitReport) -> Markup {
                 } } }
             }
             p.caption { "Intervals by the delta method from the full covariance of the parameters." }
+        }
+    }
+}
+
+fn gains(report: &FitReport) -> Markup {
+    html! {
+        @if !report.gains.is_empty() {
+            h2 { "What further cycles add" }
+            table {
+                thead { tr {
+                    th { "" } th.number { "from the first loading and hold" } th.number { "from everything" }
+                    th.number { "better by" }
+                } }
+                tbody { @for g in &report.gains { tr {
+                    td.symbol { (pretty(&g.symbol)) }
+                    td.number { (known(g.first_hold)) }
+                    td.number { (known(g.all)) }
+                    td.number { (set(g.first_hold / g.all, 2)) " times" }
+                } } }
+            }
+            p.caption { "Half-widths of the 95 % intervals at the same solution, from the rows of those points alone." }
         }
     }
 }

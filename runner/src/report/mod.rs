@@ -7,6 +7,7 @@
 mod assembly;
 mod csv;
 mod figures;
+mod first_hold;
 mod fit_report;
 mod html;
 pub mod plot;

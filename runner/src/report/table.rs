@@ -53,6 +53,18 @@ pub fn table(report: &FitReport) -> String {
     for ratio in &report.ratios {
         let _ = writeln!(out, "{}: {}", ratio.name, pair(ratio.value, 4));
     }
+    if !report.gains.is_empty() {
+        let rows: Vec<Vec<String>> = report
+            .gains
+            .iter()
+            .map(|g| {
+                let better = format!("{} times", significant(g.first_hold / g.all, 2));
+                vec![g.symbol.clone(), known(g.first_hold), known(g.all), better]
+            })
+            .collect();
+        out.push('\n');
+        columns(&mut out, ["", "first loading and hold", "everything", "better by"], &rows);
+    }
     let (fit, runs) = (&report.fit, &report.runs);
     let _ = writeln!(
         out,
