@@ -158,7 +158,7 @@ fn unusual_motions() {
 }
 
 /// Goal: robust without tuning: every parameter half as large and half as large again. Set-up: P2, two cycles,
-/// coarse mesh; the six that matter most to the force here, all of them and both protocols in `whole_sweep`.
+/// coarse mesh; the six that matter most to the force here, all of them in the sweeps below.
 #[test]
 fn parameters_may_vary_by_half() {
     for (name, change) in CHANGES.iter().filter(|(name, _)| QUICK.contains(name)) {

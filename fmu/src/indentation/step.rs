@@ -31,7 +31,6 @@ const NEGLIGIBLE_GAP: f64 = 1e-8;
 const FIRST_DRAG: f64 = 1e-2;
 const DRAG_FALL: f64 = 0.2;
 const DRAG_RISE: f64 = 10.0;
-const MOST_DRAG: f64 = 10.0;
 /// Longest motion against drag, in steps.
 const MAX_DRAGGED: usize = 12;
 /// A dimensionless residual from which something like a snap, not a far start, keeps Newton's method.
@@ -327,9 +326,7 @@ impl Stepper {
                         return Ok(());
                     }
                 }
-                Err(_) if drag < MOST_DRAG => drag *= DRAG_RISE,
-                // A shorter step does the same.
-                Err(_) => break,
+                Err(_) => drag *= DRAG_RISE,
             }
             x.clone_from(&reached);
         }
