@@ -7,6 +7,7 @@
 
 use super::covariance::{Common, refinement};
 use super::effect::{Candidate, Effect, Place, Scope, Sign};
+use super::observation::Observation;
 use super::problem::Setup;
 use crate::fit::EvaluationFailure;
 use crate::pool::Priority;
@@ -38,8 +39,9 @@ pub fn refined(setup: Setup, x: &[f64]) -> Result<Vec<Common>, EvaluationFailure
         ("time steps", TOLERANCE, |tolerance| tolerance * TIGHTER),
     ];
     if let Some(coarse) = plain_steps(setup, x)? {
-        all.extend(per_test(setup, &plain, &coarse));
+        all.extend(per_test(setup, &plain, &coarse, "simulation: plain steps in"));
     }
+    all.extend(touch(setup, x, &plain)?);
     for (name, parameter, change) in changes {
         if !setup.engine.wiring().parameters.contains_key(parameter) {
             continue;
@@ -52,6 +54,27 @@ pub fn refined(setup: Setup, x: &[f64]) -> Result<Vec<Common>, EvaluationFailure
         }
     }
     Ok(all)
+}
+
+/// Where the punch touches is known to a part of what it travels between two samples of the ramp: programs find the
+/// touch within their steps, experimenters within their samples. The deviation of a uniform distribution over that length,
+/// as an error of each test (mN).
+fn touch(setup: Setup, x: &[f64], plain: &[f64]) -> Result<Vec<Common>, EvaluationFailure> {
+    let values = setup.parameters.settings(x);
+    let deviation = |o: &Observation| o.ramp_spacing_m() / 12f64.sqrt();
+    let start =
+        |o: &Observation| setup.engine.submit(&o.dataset.deeper_job(&values, deviation(o)), Priority::Urgent);
+    let runs: Vec<_> = setup.observations.iter().map(start).collect();
+    match Setup::forces_mn(&runs) {
+        Ok(deeper) => {
+            let mut all = per_test(setup, plain, &deeper, "touch in");
+            // It is a length, not a part of the force: next to the touch it is all there is.
+            all.iter_mut().for_each(|common| common.relative = false);
+            Ok(all)
+        }
+        Err(EvaluationFailure::Interrupted) => Err(EvaluationFailure::Interrupted),
+        Err(EvaluationFailure::Failed(_)) => Ok(vec![]),
+    }
 }
 
 /// Forces by backward Euler steps from sample to sample (mN), where the FMU has that scheme and it gets through.
@@ -70,12 +93,12 @@ fn plain_steps(setup: Setup, x: &[f64]) -> Result<Option<Vec<f64>>, EvaluationFa
 }
 
 /// The difference as one error for each test.
-fn per_test(setup: Setup, plain: &[f64], other: &[f64]) -> Vec<Common> {
+fn per_test(setup: Setup, plain: &[f64], other: &[f64], what: &str) -> Vec<Common> {
     let offsets = setup.offsets();
     let one = |(test, w): (usize, &[usize])| {
         let mut shown = plain.to_vec();
         shown[w[0]..w[1]].copy_from_slice(&other[w[0]..w[1]]);
-        refinement(&format!("simulation: plain steps in {}", setup.observations[test].name()), plain, &shown)
+        refinement(&format!("{what} {}", setup.observations[test].name()), plain, &shown)
     };
     offsets.windows(2).enumerate().filter_map(one).collect()
 }

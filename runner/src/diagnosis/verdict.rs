@@ -13,6 +13,8 @@ pub const SIGNIFICANT: f64 = 0.05;
 pub const DECISIVE: f64 = 6.0;
 /// A rest of the gap below this part, in units of the noise, is a matter of the effect's form.
 const REST: f64 = 0.35;
+/// An effect of a smaller part of its plausible scale is no gap that matters.
+const NEGLIGIBLE: f64 = 0.1;
 /// Probability under noise below which a refit is not adequate.
 const INADEQUATE: f64 = 0.01;
 /// Prior odds of a pair, and of something outside the catalogue, against a single effect, as twice their logarithm.
@@ -84,6 +86,7 @@ pub fn decide(e: &Evidence) -> Decision {
     let mut order: Vec<usize> = (0..e.refits.len()).collect();
     order.sort_by(|a, b| weights[*b].total_cmp(&weights[*a]));
     let elsewhere = weights[e.refits.len()];
+    let elsewhere_share = probabilities[e.refits.len()];
     let best = order.iter().copied().find(|&k| explains(&e.refits[k]) && weights[k] > elsewhere);
     let Some(best) = best else {
         let explained: f64 =
@@ -91,6 +94,16 @@ pub fn decide(e: &Evidence) -> Decision {
         return decision(Kind::NoneOfThese, vec![], None, (1.0 - explained) * (1.0 - e.probability));
     };
     let refit = &e.refits[best];
+    let sizes = refit.fit.magnitudes();
+    if !sizes.is_empty() && sizes.iter().all(|m| m.abs() < NEGLIGIBLE) {
+        // Two correct programs differ by as much; what they leave of one another is no finding about the specimen.
+        return decision(
+            Kind::NoGap,
+            vec![],
+            None,
+            0.5 + 0.5 * probabilities[best] * (1.0 - elsewhere_share),
+        );
+    }
     if refit.members.len() > 1 {
         return decision(Kind::Pair, refit.members.clone(), Some(best), probabilities[best]);
     }
