@@ -8,6 +8,9 @@ use std::fmt::Write as _;
 const GATES: [&str; 8] =
     ["<= 5 %, upper bound <= 10 %", ">= 90 %", ">= 95 %", ">= 85 %", ">= 95 %", ">= 70 %", "85 to 95 %", ""];
 
+/// How a score is written.
+type Cell = fn(&Scores) -> String;
+
 /// Markdown: scores of the diagnosis beside those of the simple rules, then every answer.
 pub fn markdown(table: &Table) -> String {
     let mut text = String::from("| | gate | diagnose |");
@@ -15,7 +18,7 @@ pub fn markdown(table: &Table) -> String {
     text.push_str("\n|---|---|---|");
     table.rules.iter().for_each(|_| text.push_str("---|"));
     text.push('\n');
-    let rows: [(&str, fn(&Scores) -> String); 8] = [
+    let rows: [(&str, Cell); 8] = [
         ("false accusations of cases without a gap", |s| share(s.false_accusations)),
         ("visible single effects named first", |s| share(s.top_1)),
         ("visible single effects within the group of at most 3", |s| share(s.in_group)),

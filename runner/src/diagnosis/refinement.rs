@@ -26,6 +26,9 @@ const FINEST: f64 = 3.0;
 /// A tolerance ten times smaller leaves a negligible error.
 const TIGHTER: f64 = 0.1;
 
+/// A parameter's new value from its old one.
+type Change = fn(f64) -> f64;
+
 /// Differences that a finer mesh and finer steps make at `x` (mN); none for an FMU without such parameters. The runs
 /// are made only where a test's motion allows them: one that fails adds nothing.
 ///
@@ -34,7 +37,7 @@ const TIGHTER: f64 = 0.1;
 pub fn refined(setup: Setup, x: &[f64]) -> Result<Vec<Common>, EvaluationFailure> {
     let plain = Setup::forces_mn(&setup.submit(x, &[], false, Priority::Urgent))?;
     let mut all = Vec::new();
-    let changes: [(&str, &str, fn(f64) -> f64); 2] = [
+    let changes: [(&str, &str, Change); 2] = [
         ("mesh", PRESET, |preset| (preset + 1.0).min(FINEST)),
         ("time steps", TOLERANCE, |tolerance| tolerance * TIGHTER),
     ];

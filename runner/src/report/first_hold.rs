@@ -90,7 +90,7 @@ mod tests {
         let parameter = FitParameter::new("m", "m", unit, 1.0, [-100.0, 100.0]).unwrap();
         let noise = Noise { known: true, ..Noise::default() };
         let points: Vec<usize> = (0..100).collect();
-        let found = gains(&[parameter.clone()], &[], &solution, &noise, &points, &|_| {});
+        let found = gains(std::slice::from_ref(&parameter), &[], &solution, &noise, &points, &|_| {});
         assert!((found[0].first_hold / found[0].all - 2.0).abs() < 0.1, "{found:?}");
         let everything: Vec<usize> = (0..400).collect();
         assert!(gains(&[parameter], &[], &solution, &noise, &everything, &|_| {}).is_empty());
