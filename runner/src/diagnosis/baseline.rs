@@ -39,7 +39,7 @@ pub const FINAL: f64 = 3e-4;
 /// An iteration that lowers chi^2 by a smaller part ends a first fit.
 pub const ROUGH: f64 = 3e-2;
 /// A rough fit with this chi^2 per point is near the best: no further start is tried.
-const ENOUGH: f64 = 1.5;
+const ENOUGH: f64 = 1.1;
 /// Relative accuracy of the Jacobian.
 const JACOBIAN_ACCURACY: f64 = 1e-6;
 
