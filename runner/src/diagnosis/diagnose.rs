@@ -78,6 +78,8 @@ pub struct Findings {
 /// Screened effects that are refitted, at most.
 const LEADERS: usize = 5;
 const QUICK_LEADERS: usize = 2;
+/// Effects that are tried before the cause is called none of these.
+const TRIED: usize = 7;
 /// An effect of which screening expects a smaller part of the gain of another that explains all is not refitted.
 const HOPELESS: f64 = 0.2;
 /// Evidence (twice the logarithm) by which two effects together must surpass the best one to be refitted.
@@ -252,9 +254,9 @@ fn confirm(
     let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, plain);
     // The first is refitted in any case: its signature is that of a finite magnitude, not of the best one.
     let promising = leaders.iter().enumerate().filter(|(k, s)| *k == 0 || evidence(s) > 0.0);
-    let mut chosen: Vec<&Screened> = promising.map(|(_, s)| *s).take(count).collect();
+    let mut chosen: Vec<&Screened> = promising.map(|(_, s)| *s).take(count.max(TRIED)).collect();
     if let (Some(first), false) = (leaders.first(), effort.quick) {
-        let mates = leaders.iter().copied().skip(count);
+        let mates = leaders.iter().copied().skip(chosen.len());
         chosen.extend(
             mates.filter(|s| first.signature.cosine(&s.signature).abs() > super::screening::CONFUSABLE),
         );
@@ -273,7 +275,12 @@ fn confirm(
         }
         Ok(())
     };
-    for leader in &chosen {
+    for (k, leader) in chosen.iter().enumerate() {
+        // Beyond the leaders the search goes on only while nothing explains the gap: signatures are those of a
+        // plain fit that misses it, and the larger the gap, the less they say.
+        if k >= count && refits.iter().any(|r| r.adequacy > SIGNIFICANT) {
+            break;
+        }
         let gain = leader.signature.score(y).powi(2);
         let explained = |r: &Refit| r.adequacy > SIGNIFICANT && gain < HOPELESS * r.gain;
         if !refits.iter().any(explained) {
