@@ -8,7 +8,7 @@ use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
 use super::held_out::{Split, splits};
 use super::location::{Spot, spots};
 use super::observation::Observation;
-use super::problem::Setup;
+use super::problem::{Setup, is_continuous};
 use super::refinement::refined;
 use super::screening::{Failed, Family, Screened, Signature, screen};
 use super::shrinkage::Comparison;
@@ -116,7 +116,8 @@ pub fn diagnose(
     let probability = family.probability(largest);
     let something_else = something_else(&observations, &plain.linear, covariance);
     let threshold = family.threshold(SIGNIFICANT);
-    let testable = |s: &&Screened| is_testable(&s.signature, s.signature.score(y), threshold);
+    let testable =
+        |s: &&Screened| is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold);
     let mut refits = Vec::new();
     if probability <= SIGNIFICANT {
         let leaders: Vec<&Screened> = screened.iter().filter(testable).collect();
@@ -223,10 +224,11 @@ pub fn linear_evidence(candidate: &Candidate, signature: &Signature, plain: &Fit
     }
 }
 
-/// Whether an effect of its plausible scale would pass the threshold in half of all cases, or one does.
-pub fn is_testable(signature: &Signature, score: f64, threshold: f64) -> bool {
-    signature.strength() >= threshold
-        || (score.abs() >= threshold && signature.strength() * PRIOR_DEVIATION >= threshold)
+/// Whether an effect of its plausible scale would pass the threshold in half of all cases, or one of an admissible size does.
+pub fn is_testable(candidate: &Candidate, signature: &Signature, score: f64, threshold: f64) -> bool {
+    let size = score.abs() / signature.strength();
+    let passes = candidate.one_sided(score) >= threshold && size <= candidate.effect.largest;
+    signature.strength() >= threshold || (passes && is_continuous(candidate))
 }
 
 /// Whether the signatures of two candidates point the same way.

@@ -213,7 +213,7 @@ fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
         absorbed: s.signature.absorbed(),
         power: s.signature.strength(),
         evidence: linear_evidence(candidate, &s.signature, &f.plain),
-        testable: is_testable(&s.signature, score, threshold),
+        testable: is_testable(candidate, &s.signature, score, threshold),
         group: f.screened.iter().filter(like).map(|o| f.candidates[o.candidate].name.clone()).collect(),
     }
 }
