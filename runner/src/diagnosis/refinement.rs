@@ -1,9 +1,5 @@
-//! Error of the simulation, from a finer mesh, finer time steps, and the steps of a plain program, at the same
+//! Error of the simulation, from a finer mesh and finer time steps, and from where the punch touches, at the same
 //! parameters.
-//!
-//! Where two programs differ most is behind the kinks of the motion: with backward Euler steps from sample to sample
-//! a branch that relaxes within a sample is smeared. What computes the data, or filters them, may do that; so the
-//! difference counts as an error of its own in each test.
 
 use super::covariance::{Common, refinement};
 use super::effect::{Candidate, Effect, Place, Scope, Sign};
@@ -16,11 +12,6 @@ use std::sync::Arc;
 
 const PRESET: &str = "mesh.preset";
 const TOLERANCE: &str = "solver.tolerance";
-const SCHEME: &str = "solver.time_scheme";
-/// Backward Euler, among the schemes.
-const BACKWARD_EULER: f64 = 2.0;
-/// A tolerance that lets every step pass: the steps are those of the samples.
-const ANY_ERROR: f64 = 1.0;
 /// The finest preset.
 const FINEST: f64 = 3.0;
 /// A tolerance ten times smaller leaves a negligible error.
@@ -41,9 +32,6 @@ pub fn refined(setup: Setup, x: &[f64]) -> Result<Vec<Common>, EvaluationFailure
         ("mesh", PRESET, |preset| (preset + 1.0).min(FINEST)),
         ("time steps", TOLERANCE, |tolerance| tolerance * TIGHTER),
     ];
-    if let Some(coarse) = plain_steps(setup, x)? {
-        all.extend(per_test(setup, &plain, &coarse, "simulation: plain steps in"));
-    }
     all.extend(touch(setup, x, &plain)?);
     for (name, parameter, change) in changes {
         if !setup.engine.wiring().parameters.contains_key(parameter) {
@@ -77,21 +65,6 @@ fn touch(setup: Setup, x: &[f64], plain: &[f64]) -> Result<Vec<Common>, Evaluati
         }
         Err(EvaluationFailure::Interrupted) => Err(EvaluationFailure::Interrupted),
         Err(EvaluationFailure::Failed(_)) => Ok(vec![]),
-    }
-}
-
-/// Forces by backward Euler steps from sample to sample (mN), where the FMU has that scheme and it gets through.
-fn plain_steps(setup: Setup, x: &[f64]) -> Result<Option<Vec<f64>>, EvaluationFailure> {
-    let known = |name| setup.engine.wiring().parameters.contains_key(name);
-    if !known(SCHEME) || !known(TOLERANCE) {
-        return Ok(None);
-    }
-    let (scheme, tolerance) =
-        (finer("scheme", SCHEME, |_| BACKWARD_EULER), finer("steps", TOLERANCE, |_| ANY_ERROR));
-    match Setup::forces_mn(&setup.submit(x, &[(&scheme, 1.0), (&tolerance, 1.0)], false, Priority::Urgent)) {
-        Ok(forces) => Ok(Some(forces)),
-        Err(EvaluationFailure::Interrupted) => Err(EvaluationFailure::Interrupted),
-        Err(EvaluationFailure::Failed(_)) => Ok(None),
     }
 }
 
