@@ -1,6 +1,9 @@
 //! Shared helpers of the integration tests.
 
-use poropunch::parameters::{BranchParameters, MaterialParameters, OgdenParameters};
+use poropunch::parameters::{
+    BoundaryParameters, BranchParameters, GeometryParameters, MaterialParameters, OgdenParameters,
+};
+use poropunch::protocol::Protocol;
 use poropunch::{Instance, Model, Outputs, Parameters};
 
 /// Depth of the paper's protocols (m).
@@ -29,6 +32,39 @@ pub fn load_and_hold(parameters: &Parameters, rate: f64, times_s: &[f64]) -> Vec
         held |= time == ramp;
     }
     results
+}
+
+/// Results (with their times, s) at `per_leg` times of each leg of a protocol, from its first point on.
+pub fn follow(parameters: &Parameters, protocol: &Protocol, per_leg: usize) -> Vec<(f64, Outputs)> {
+    let model = Model::new(parameters.clone()).expect("admissible parameters");
+    let mut instance = Instance::new(&model, protocol.points()[0].1).expect("starts above the surface");
+    let mut results = Vec::new();
+    for pair in protocol.points().windows(2) {
+        let ((from, a), (to, b)) = (pair[0], pair[1]);
+        for k in 1..=per_leg {
+            let part = k as f64 / per_leg as f64;
+            instance.set_displacement(a + (b - a) * part);
+            instance.advance(from + (to - from) * part - instance.time()).expect("the step converges");
+            results.push((instance.time(), instance.outputs()));
+        }
+    }
+    results
+}
+
+/// A drained element between smooth plates of this radius and height (m): G = 200 Pa, a branch of 800 Pa and 0.5 s.
+pub fn drained_element(radius: f64, height: f64) -> Parameters {
+    let mut parameters = Parameters { material: poroelastic(200.0, 3000.0, 1e-6), ..Default::default() };
+    parameters.material.branches = vec![branch(800.0, -5.0, 0.5)];
+    parameters.geometry =
+        GeometryParameters { punch_radius: radius, sample_radius: 1.1 * radius, sample_height: height };
+    parameters.boundary = BoundaryParameters {
+        bonded_punch: false,
+        bonded_bottom: false,
+        drained_punch: true,
+        ..Default::default()
+    };
+    parameters.solver.newton_tolerance = 1e-13;
+    parameters
 }
 
 /// A material without viscous branches: shear modulus (Pa), bulk modulus (Pa), mobility K0/mu_FR (m^4/(N s)).

@@ -7,29 +7,12 @@ use poropunch::parameters::MeshPreset;
 use poropunch::protocol::{Protocol, Trapezoid};
 use poropunch::{Instance, Model, Outputs, Parameters, Statistics, StepError};
 use runner::data::{Wanted, protocol_of, read};
-use tests::DEPTH;
+use tests::{DEPTH, follow};
 
 fn coarse() -> Parameters {
     let mut parameters = Parameters::default();
     parameters.mesh.preset = MeshPreset::Coarse;
     parameters
-}
-
-/// Results at `per_leg` times of each leg of a protocol.
-fn follow(parameters: Parameters, trapezoid: Trapezoid, per_leg: usize) -> Vec<(f64, Outputs)> {
-    let protocol = trapezoid.protocol().unwrap();
-    let mut instance = Instance::new(&Model::new(parameters).unwrap(), protocol.points()[0].1).unwrap();
-    let mut results = Vec::new();
-    for pair in protocol.points().windows(2) {
-        let ((from, a), (to, b)) = (pair[0], pair[1]);
-        for k in 1..=per_leg {
-            let part = k as f64 / per_leg as f64;
-            instance.set_displacement(a + (b - a) * part);
-            instance.advance(from + (to - from) * part - instance.time()).unwrap();
-            results.push((instance.time(), instance.outputs()));
-        }
-    }
-    results
 }
 
 /// Goal: all six cycles of both protocols are simulated; the punch never pulls, is free of force while it is
@@ -53,7 +36,7 @@ fn check_six_cycles(preset: MeshPreset) {
     for trapezoid in [Trapezoid::p1(), Trapezoid::p2()] {
         let mut parameters = coarse();
         parameters.mesh.preset = preset;
-        let results = follow(parameters, Trapezoid { cycles: 6, ..trapezoid }, 20);
+        let results = follow(&parameters, &Trapezoid { cycles: 6, ..trapezoid }.protocol().unwrap(), 20);
         for (time, o) in &results {
             assert!(o.force > -1e-7, "{} N at {time} s", o.force);
             assert!(o.displacement > 0.0 || o.force == 0.0, "{} N above the surface at {time} s", o.force);
@@ -99,7 +82,7 @@ fn separation_is_continuous() {
 #[test]
 fn slices_do_not_matter_through_contact() {
     let trapezoid = Trapezoid { cycles: 2, ..Trapezoid::p2() };
-    let [few, many] = [3, 51].map(|n| follow(coarse(), trapezoid, n));
+    let [few, many] = [3, 51].map(|n| follow(&coarse(), &trapezoid.protocol().unwrap(), n));
     let peak = few.iter().map(|r| r.1.force).fold(0.0, f64::max);
     for (k, (time, o)) in few.iter().enumerate() {
         let other = many[17 * (k + 1) - 1].1.force;
@@ -316,7 +299,10 @@ fn vary(name: &str, change: fn(&mut Parameters, f64), trapezoid: Trapezoid, pres
         let mut parameters = coarse();
         parameters.mesh.preset = preset;
         change(&mut parameters, factor);
-        let least = follow(parameters, trapezoid, 5).iter().map(|r| r.1.force).fold(0.0, f64::min);
+        let least = follow(&parameters, &trapezoid.protocol().unwrap(), 5)
+            .iter()
+            .map(|r| r.1.force)
+            .fold(0.0, f64::min);
         assert!(least > -1e-7, "{name} x {factor}: {least} N");
         println!("{preset:?}, {} cycles, {name} x {factor}: done", trapezoid.cycles);
     }

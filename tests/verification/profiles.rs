@@ -7,7 +7,7 @@ use poropunch::parameters::{
 use poropunch::protocol::Trapezoid;
 use poropunch::{Instance, Model, Outputs, ParameterError, Parameters, StepError};
 use std::f64::consts::PI;
-use tests::{DEPTH, poroelastic};
+use tests::{DEPTH, follow, poroelastic};
 
 const SHEAR: f64 = 500.0;
 const SPHERE: f64 = 20e-3;
@@ -194,18 +194,7 @@ fn sphere_of_hu() {
 fn two_cycles(mut parameters: Parameters) -> Vec<(f64, Outputs)> {
     parameters.mesh.preset = MeshPreset::Coarse;
     let protocol = Trapezoid { cycles: 2, ..Trapezoid::p2() }.protocol().unwrap();
-    let mut instance = Instance::new(&Model::new(parameters).unwrap(), protocol.points()[0].1).unwrap();
-    let mut results = Vec::new();
-    for pair in protocol.points().windows(2) {
-        let ((from, a), (to, b)) = (pair[0], pair[1]);
-        for k in 1..=20 {
-            let part = f64::from(k) / 20.0;
-            instance.set_displacement(a + (b - a) * part);
-            instance.advance(from + (to - from) * part - instance.time()).unwrap();
-            results.push((instance.time(), instance.outputs()));
-        }
-    }
-    results
+    follow(&parameters, &protocol, 20)
 }
 
 /// Goal: sphere and cone, frictionless and bonded, and a platen go through whole cycles of P2 with Table 1 at full

@@ -3,28 +3,18 @@
 use poropunch::indentation::sample::Sample;
 use poropunch::indentation::step::Stepper;
 use poropunch::mesh::Mesh;
-use poropunch::parameters::{BoundaryParameters, GeometryParameters, TimeScheme};
+use poropunch::parameters::TimeScheme;
 use poropunch::{Parameters, Statistics};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use tests::{branch, poroelastic};
+use tests::drained_element;
 
 const RADIUS: f64 = 1e-3;
 const HEIGHT: f64 = 1e-3;
 
 fn parameters(scheme: TimeScheme) -> Parameters {
-    let mut parameters = Parameters { material: poroelastic(200.0, 3000.0, 1e-6), ..Default::default() };
-    parameters.material.branches = vec![branch(800.0, -5.0, 0.5)];
-    parameters.geometry =
-        GeometryParameters { punch_radius: RADIUS, sample_radius: 1.1 * RADIUS, sample_height: HEIGHT };
-    parameters.boundary = BoundaryParameters {
-        bonded_punch: false,
-        bonded_bottom: false,
-        drained_punch: true,
-        ..Default::default()
-    };
+    let mut parameters = drained_element(RADIUS, HEIGHT);
     parameters.solver.time_scheme = scheme;
-    parameters.solver.newton_tolerance = 1e-13;
     parameters
 }
 

@@ -138,6 +138,11 @@ impl Conditions {
         }
     }
 
+    /// Force of the punch on the sample (N) from the nodal residuals of all unknowns.
+    pub fn reaction(&self, raw_residual: &[f64]) -> f64 {
+        -self.punch.iter().map(|&unknown| raw_residual[unknown]).sum::<f64>() - self.free_pull
+    }
+
     /// Takes over which nodes are in contact, and where they stick.
     pub fn apply(&mut self, surface: &Surface, contact: &Contact) {
         self.punch.clear();

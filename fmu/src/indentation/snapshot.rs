@@ -12,12 +12,10 @@ impl Stepper {
     pub fn fields(&self, state: &State, touching: bool) -> Result<Fields, FieldsError> {
         let drifted = self.drifting.as_ref().map(|(m, e)| PointMaterial::with_effects(m, e, state.time));
         let mesh = &self.sample.mesh;
-        let is_touched = |&node: &u32| {
-            let axial = mesh.displacement(node) + 1;
-            let place = self.surface.nodes().iter().position(|n| n.axial == axial);
-            place.is_some_and(|place| state.contact.is_closed(place))
-        };
-        let touched: Vec<u32> = mesh.punch().filter(|node| touching && is_touched(node)).collect();
+        let places = mesh.punch().zip(self.surface.in_mesh_order());
+        let is_touched = |place: usize| touching && state.contact.is_closed(place);
+        let touched: Vec<u32> =
+            places.filter(|(_, (place, _))| is_touched(*place)).map(|(node, _)| node).collect();
         extract(&Matter {
             mesh,
             geometry: &self.sample.geometry,

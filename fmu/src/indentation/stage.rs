@@ -46,8 +46,7 @@ impl System for StageSystem<'_> {
         let indentation = if self.compliance == 0.0 {
             self.indentation
         } else {
-            let reaction = -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>();
-            self.indentation - self.compliance * (reaction - self.conditions.free_pull)
+            self.indentation - self.compliance * self.conditions.reaction(self.raw_residual)
         };
         for &(axial, pull) in &self.conditions.pulls {
             residual[axial] -= pull;

@@ -315,9 +315,9 @@ impl Stepper {
         }
         x.clone_from(&start);
         let (mut reached, mut drag) = (start, FIRST_DRAG);
+        let is_pressure = self.is_pressure.clone();
         for _ in 0..MAX_DRAGGED {
-            let dragged =
-                Some(Drag { from: &reached, stiffness: drag, is_pressure: &self.is_pressure.clone() });
+            let dragged = Some(Drag { from: &reached, stiffness: drag, is_pressure: &is_pressure });
             match self.equilibrate(x, dt, indentation, dragged, statistics) {
                 Ok(()) => {
                     reached.clone_from(x);
@@ -365,7 +365,7 @@ impl Stepper {
 
     /// Force of the punch on the sample where the last stage ended (N).
     fn reaction(&self) -> f64 {
-        -self.conditions.punch.iter().map(|&u| self.raw_residual[u]).sum::<f64>() - self.conditions.free_pull
+        self.conditions.reaction(&self.raw_residual)
     }
 
     fn faces(&self, new: &mut State, dt: f64) -> Result<(), NewtonFailure> {

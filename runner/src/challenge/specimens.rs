@@ -2,6 +2,7 @@
 
 use super::draw::Drawn;
 use super::simulate::Test;
+use crate::data::measurement::median;
 use crate::data::random::Random;
 use std::fmt::Write as _;
 
@@ -57,11 +58,11 @@ pub fn csv(test: &Test, measured_n: &[Vec<f64>]) -> String {
     }
     text.push('\n');
     for (i, t) in test.time_s.iter().enumerate() {
-        let mut values: Vec<f64> = measured_n.iter().map(|s| s[i] * 1e3).collect();
+        let values: Vec<f64> = measured_n.iter().map(|s| s[i] * 1e3).collect();
+        let middle = median(&mut values.clone());
         let depth_mm = test.protocol.displacement(*t) * 1e3;
-        let _ =
-            write!(text, "{t:.4},{depth_mm:.4},{:.4}", crate::data::measurement::median(&mut values.clone()));
-        for value in &mut values {
+        let _ = write!(text, "{t:.4},{depth_mm:.4},{middle:.4}");
+        for value in values {
             let _ = write!(text, ",{value:.4}");
         }
         text.push('\n');

@@ -75,7 +75,7 @@ pub struct Findings {
     pub decision: Decision,
 }
 
-/// Screened effects that are refitted, at most.
+/// Screened effects that are refitted, whether or not one of them explains the gap.
 const LEADERS: usize = 5;
 const QUICK_LEADERS: usize = 2;
 /// Effects that are tried before the cause is called none of these.
@@ -161,14 +161,11 @@ fn computable(
 ) -> Result<Vec<Observation>, DiagnosisError> {
     let setup = Setup { engine, observations: &observations, parameters };
     let runs = setup.submit(parameters.start(), &[], false, Priority::Urgent);
-    match Setup::forces_mn(&runs) {
-        Ok(_) => Ok(observations),
-        Err(EvaluationFailure::Interrupted) => Err(EvaluationFailure::Interrupted.into()),
-        Err(EvaluationFailure::Failed(_)) => {
-            let shorter = |o: &Observation| o.first_hold(sample_height_m);
-            Ok(observations.iter().map(shorter).collect::<Result<_, _>>()?)
-        }
+    if Setup::computable_forces_mn(&runs)?.is_some() {
+        return Ok(observations);
     }
+    let shorter = |o: &Observation| o.first_hold(sample_height_m);
+    Ok(observations.iter().map(shorter).collect::<Result<_, _>>()?)
 }
 
 /// Fit of the plain model, its covariance with the error of the simulation at that fit.
@@ -219,7 +216,7 @@ pub fn linear_evidence(candidate: &Candidate, signature: &Signature, plain: &Fit
     let y = &plain.linear.residual;
     match candidate.effect.sign {
         // On or off: the likelihood ratio at magnitude 1.
-        Sign::Switch => 2.0 * signature.s.dot(y) - signature.s.norm_squared(),
+        Sign::Switch => signature.gain_of_one(y),
         sign => signature.evidence(y, PRIOR_DEVIATION, sign == Sign::Positive),
     }
 }
@@ -256,7 +253,7 @@ fn confirm(
     let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, plain);
     // The first is refitted in any case: its signature is that of a finite magnitude, not of the best one.
     let promising = leaders.iter().enumerate().filter(|(k, s)| *k == 0 || evidence(s) > 0.0);
-    let mut chosen: Vec<&Screened> = promising.map(|(_, s)| *s).take(count.max(TRIED)).collect();
+    let mut chosen: Vec<&Screened> = promising.map(|(_, s)| *s).take(TRIED).collect();
     if let (Some(first), false) = (leaders.first(), effort.quick) {
         let mates = leaders.iter().copied().skip(chosen.len());
         chosen.extend(

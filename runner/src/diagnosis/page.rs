@@ -2,44 +2,34 @@
 
 use super::figures;
 use super::result::*;
+use crate::report::document;
 use crate::report::plot::{heat_map, pretty};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 /// The page.
 pub fn page(d: &Diagnosis) -> String {
     let names: Vec<&str> = d.tests.iter().map(|t| t.name.as_str()).collect();
     let title = format!("Diagnosis of {}", crate::fit::wording::list(&names));
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(include_str!("../report/style.css"))) (PreEscaped(STYLE)) }
-            }
-            body {
-                h1 { (title) }
-                div.verdict {
-                    p.headline { (pretty(&d.verdict.text)) }
-                    @if !d.warnings.is_empty() {
-                        div.warnings { h3 { "Mind" } ul { @for w in &d.warnings { li { (w) } } } }
-                    }
-                }
-                (curves(d))
-                (location(d))
-                (effects(d))
-                (models(d))
-                (held_out(d))
-                (parameters(d))
-                (not_testable(d))
-                (next(d))
-                (parity(d))
-                (origin(d))
+    let body = html! {
+        h1 { (title) }
+        div.verdict {
+            p.headline { (pretty(&d.verdict.text)) }
+            @if !d.warnings.is_empty() {
+                div.warnings { h3 { "Mind" } ul { @for w in &d.warnings { li { (w) } } } }
             }
         }
+        (curves(d))
+        (location(d))
+        (effects(d))
+        (models(d))
+        (held_out(d))
+        (parameters(d))
+        (not_testable(d))
+        (next(d))
+        (parity(d))
+        (origin(d))
     };
-    markup.into_string()
+    document(&title, STYLE, &body)
 }
 
 const STYLE: &str =

@@ -39,8 +39,7 @@ impl Setup<'_> {
         for (candidate, magnitude) in active {
             // An effect on a parameter that nobody set starts from the FMU's own value.
             for name in &candidate.effect.parameters {
-                let start = || self.engine.wiring().parameters.get(name).and_then(|v| v.start_number());
-                if let (None, Some(value)) = (values.get(name), start()) {
+                if let Some(value) = self.value(&values, name) {
                     values.insert(name.clone(), value);
                 }
             }
@@ -74,6 +73,24 @@ impl Setup<'_> {
     pub fn forces_mn(runs: &[Run]) -> Result<Vec<f64>, EvaluationFailure> {
         let curves = runs.iter().map(wait).collect::<Result<Curves, _>>()?;
         Ok(curves.iter().flat_map(|c| c.force_n().iter().map(|f| f * 1e3).collect::<Vec<_>>()).collect())
+    }
+
+    /// The same, `None` where the model fails at these parameters.
+    ///
+    /// # Errors
+    /// When the user asked to stop.
+    pub fn computable_forces_mn(runs: &[Run]) -> Result<Option<Vec<f64>>, EvaluationFailure> {
+        match Self::forces_mn(runs) {
+            Ok(forces) => Ok(Some(forces)),
+            Err(EvaluationFailure::Failed(_)) => Ok(None),
+            Err(EvaluationFailure::Interrupted) => Err(EvaluationFailure::Interrupted),
+        }
+    }
+
+    /// Value that a parameter has among those that are set: theirs, or the FMU's own.
+    pub fn value(&self, values: &BTreeMap<String, f64>, name: &str) -> Option<f64> {
+        let start = || self.engine.wiring().parameters.get(name).and_then(|v| v.start_number());
+        values.get(name).copied().or_else(start)
     }
 
     /// Measured force of all tests (mN).

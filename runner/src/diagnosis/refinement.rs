@@ -2,13 +2,10 @@
 //! parameters.
 
 use super::covariance::{Common, refinement};
-use super::effect::{Candidate, Effect, Place, Scope, Sign};
 use super::observation::Observation;
 use super::problem::Setup;
 use crate::fit::EvaluationFailure;
-use crate::pool::Priority;
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use crate::pool::{Job, Priority};
 
 const PRESET: &str = "mesh.preset";
 const TOLERANCE: &str = "solver.tolerance";
@@ -34,17 +31,21 @@ pub fn refined(setup: Setup, x: &[f64]) -> Result<Vec<Common>, EvaluationFailure
     ];
     all.extend(touch(setup, x, &plain)?);
     for (name, parameter, change) in changes {
-        if !setup.engine.wiring().parameters.contains_key(parameter) {
-            continue;
-        }
-        let candidate = finer(name, parameter, change);
-        match Setup::forces_mn(&setup.submit(x, &[(&candidate, 1.0)], false, Priority::Urgent)) {
-            Ok(fine) => all.extend(refinement(&format!("simulation: {name}"), &plain, &fine)),
-            Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
-            Err(EvaluationFailure::Failed(_)) => {}
+        let mut values = setup.parameters.settings(x);
+        let Some(value) = setup.value(&values, parameter) else { continue };
+        values.insert(parameter.to_owned(), change(value));
+        let job = |o: &Observation| o.dataset.job(&values);
+        if let Some(fine) = rerun(setup, &job)? {
+            all.extend(refinement(&format!("simulation: {name}"), &plain, &fine));
         }
     }
     Ok(all)
+}
+
+/// Forces of other runs of all tests (mN); `None` where the model fails.
+fn rerun(setup: Setup, job: &dyn Fn(&Observation) -> Job) -> Result<Option<Vec<f64>>, EvaluationFailure> {
+    let start = |o: &Observation| setup.engine.submit(&job(o), Priority::Urgent);
+    Setup::computable_forces_mn(&setup.observations.iter().map(start).collect::<Vec<_>>())
 }
 
 /// Where the punch touches is known to a part of what it travels between two samples of the ramp: programs find the
@@ -53,19 +54,12 @@ pub fn refined(setup: Setup, x: &[f64]) -> Result<Vec<Common>, EvaluationFailure
 fn touch(setup: Setup, x: &[f64], plain: &[f64]) -> Result<Vec<Common>, EvaluationFailure> {
     let values = setup.parameters.settings(x);
     let deviation = |o: &Observation| o.ramp_spacing_m() / 12f64.sqrt();
-    let start =
-        |o: &Observation| setup.engine.submit(&o.dataset.deeper_job(&values, deviation(o)), Priority::Urgent);
-    let runs: Vec<_> = setup.observations.iter().map(start).collect();
-    match Setup::forces_mn(&runs) {
-        Ok(deeper) => {
-            let mut all = per_test(setup, plain, &deeper, "touch in");
-            // It is a length, not a part of the force: next to the touch it is all there is.
-            all.iter_mut().for_each(|common| common.relative = false);
-            Ok(all)
-        }
-        Err(EvaluationFailure::Interrupted) => Err(EvaluationFailure::Interrupted),
-        Err(EvaluationFailure::Failed(_)) => Ok(vec![]),
-    }
+    let job = |o: &Observation| o.dataset.deeper_job(&values, deviation(o));
+    let deeper = rerun(setup, &job)?;
+    let mut all = deeper.map_or(vec![], |deeper| per_test(setup, plain, &deeper, "touch in"));
+    // It is a length, not a part of the force: next to the touch it is all there is.
+    all.iter_mut().for_each(|common| common.relative = false);
+    Ok(all)
 }
 
 /// The difference as one error for each test.
@@ -77,29 +71,4 @@ fn per_test(setup: Setup, plain: &[f64], other: &[f64], what: &str) -> Vec<Commo
         refinement(&format!("{what} {}", setup.observations[test].name()), plain, &shown)
     };
     offsets.windows(2).enumerate().filter_map(one).collect()
-}
-
-/// A change of a numerical parameter, in the form of an effect.
-fn finer(name: &str, parameter: &'static str, change: fn(f64) -> f64) -> Candidate {
-    let effect = Effect {
-        name: name.to_owned(),
-        family: name.to_owned(),
-        title: name.to_owned(),
-        place: Place::Numerics,
-        sign: Sign::Switch,
-        scope: Scope::Shared,
-        scale: 1.0,
-        unit: String::new(),
-        largest: 1.0,
-        mimics: String::new(),
-        reveals: String::new(),
-        differentiable: false,
-        parameters: vec![parameter.to_owned()],
-        action: Arc::new(move |values: &mut BTreeMap<String, f64>, _| {
-            if let Some(value) = values.get_mut(parameter) {
-                *value = change(*value);
-            }
-        }),
-    };
-    Candidate { name: name.to_owned(), test: None, effect: Arc::new(effect) }
 }

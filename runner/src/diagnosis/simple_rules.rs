@@ -33,9 +33,8 @@ fn white_bic(plain: &Fit, screened: &[Screened], candidates: &[Candidate]) -> Op
         let signature = linear.signature(&white, &s.change_mn);
         let score = signature.score(&linear.residual);
         let gain = match candidate.effect.sign {
-            Sign::Switch => 2.0 * signature.s.dot(&linear.residual) - signature.s.norm_squared(),
-            Sign::Positive => score.max(0.0).powi(2),
-            Sign::Either => score * score,
+            Sign::Switch => signature.gain_of_one(&linear.residual),
+            _ => candidate.one_sided(score).powi(2),
         };
         (gain - (plain.gap_mn.len() as f64).ln(), candidate.effect.family.clone())
     };

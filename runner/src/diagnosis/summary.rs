@@ -240,8 +240,7 @@ fn not_testable(f: &Findings, effects: &[EffectSummary]) -> Vec<NotTestable> {
 }
 
 /// Places of the predicted points that belong to a phase; all where there is none.
-fn part(f: &Findings, predicted: &[usize], phase: Option<Phase>) -> Vec<usize> {
-    let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.dataset.phases.clone()).collect();
+fn part(phases: &[Phase], predicted: &[usize], phase: Option<Phase>) -> Vec<usize> {
     (0..predicted.len()).filter(|&i| phase.is_none_or(|p| phases[predicted[i]] == p)).collect()
 }
 
@@ -249,11 +248,12 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let mut all = Vec::new();
     let mut total: Option<ShrinkageSummary> = None;
     let measured: Vec<f64> = f.observations.iter().flat_map(Observation::force_mn).collect();
+    let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.dataset.phases.iter().copied()).collect();
     for split in &f.splits {
         let Some(c) = Comparison::new(&f.plain, &refit.fit, split) else { continue };
         let mut parts = Vec::new();
         for phase in std::iter::once(None).chain(Phase::ALL.map(Some)) {
-            let points = part(f, &split.predicted, phase);
+            let points = part(&phases, &split.predicted, phase);
             if points.is_empty() {
                 continue;
             }

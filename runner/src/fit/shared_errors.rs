@@ -50,8 +50,8 @@ pub trait SharedNoise {
     /// The shared errors where these values are computed: a column each, one standard deviation large.
     fn shared(&self, computed: &DVector<f64>) -> DMatrix<f64>;
 
-    /// Change of `shared(computed) * heights` with a change of what is computed.
-    fn growth(&self, change: &DVector<f64>, heights: &DVector<f64>) -> DVector<f64>;
+    /// Change of each point of `shared(computed) * heights` per change of what is computed there.
+    fn growth(&self, heights: &DVector<f64>) -> DVector<f64>;
 }
 
 /// A problem whose residuals (computed minus measured) share errors: their heights `u`, standard normal, are fitted
@@ -118,10 +118,8 @@ impl<P: Problem, N: SharedNoise> Problem for SharedErrors<'_, P, N> {
         let raw = DVector::from_vec(inner.clone());
         let heights = self.heights(&raw)?;
         let mut change = self.problem.jacobian(x, &inner)?;
-        for mut column in change.column_iter_mut() {
-            let growth = self.noise.growth(&column.clone_owned(), &heights.best);
-            column += growth;
-        }
+        let factor = self.noise.growth(&heights.best).add_scalar(1.0);
+        change.column_iter_mut().for_each(|mut column| column.component_mul_assign(&factor));
         let change = scaled(change, self.noise.white());
         let taken_up = heights.normal.solve(&heights.columns.tr_mul(&change));
         let (data, k, n) = (change.nrows(), heights.best.len(), x.len());
@@ -182,8 +180,8 @@ mod tests {
             let fixed = DVector::from_element(computed.len(), self.fixed);
             DMatrix::from_columns(&[fixed, computed * self.part])
         }
-        fn growth(&self, change: &DVector<f64>, heights: &DVector<f64>) -> DVector<f64> {
-            change * (self.part * heights[1])
+        fn growth(&self, heights: &DVector<f64>) -> DVector<f64> {
+            DVector::from_element(self.white.len(), self.part * heights[1])
         }
     }
 

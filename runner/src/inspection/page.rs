@@ -4,36 +4,26 @@ use super::figures;
 use super::result::*;
 use super::table::{cycles, noise, plus_minus, quartiles, ratio, water_line};
 use crate::data::{Estimate, Phase};
+use crate::report::document;
 use crate::report::plot::pretty;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 /// The page.
 pub fn page(inspection: &Inspection) -> String {
     let names: Vec<&str> = inspection.tests.iter().map(|t| t.name.as_str()).collect();
     let title = format!("Inspection of {}", crate::fit::wording::list(&names));
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(include_str!("../report/style.css"))) (PreEscaped(SWATCHES)) }
-            }
-            body {
-                h1 { (title) }
-                p.meta { "What the measurements say themselves, without a model. Median [quartiles] of the specimens." }
-                @if inspection.tests.iter().any(|t| t.synthetic) {
-                    p.synthetic { "Synthetic data: computed, not measured" }
-                }
-                @if inspection.tests.len() > 1 { (together(inspection)) }
-                @if let Some(water) = &inspection.water { h2 { "Water content" } p { (text(&water_line(water))) "." } }
-                @for test in &inspection.tests { (one_test(test, inspection.contact_threshold_mn)) }
-                (origin(inspection))
-            }
+    let body = html! {
+        h1 { (title) }
+        p.meta { "What the measurements say themselves, without a model. Median [quartiles] of the specimens." }
+        @if inspection.tests.iter().any(|t| t.synthetic) {
+            p.synthetic { "Synthetic data: computed, not measured" }
         }
+        @if inspection.tests.len() > 1 { (together(inspection)) }
+        @if let Some(water) = &inspection.water { h2 { "Water content" } p { (text(&water_line(water))) "." } }
+        @for test in &inspection.tests { (one_test(test, inspection.contact_threshold_mn)) }
+        (origin(inspection))
     };
-    markup.into_string()
+    document(&title, SWATCHES, &body)
 }
 
 const SWATCHES: &str = ".legend { color: var(--grey); font-size: 13px; margin: 6px 0 0; max-width: none; } \

@@ -9,29 +9,35 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The page.
 pub fn page(report: &FitReport) -> String {
+    let body = html! {
+        (heading(report))
+        (verdict(&report.verdict))
+        (parameters(report))
+        (derived(report))
+        (gains(report))
+        (curves(report))
+        (characteristic_numbers(report))
+        (parts(report))
+        (residuals(report))
+        (correlation(report))
+        (course(report))
+        (origin(report))
+    };
+    document(&report.title, "", &body)
+}
+
+/// A self-contained page with the common style and `more` of its own.
+pub fn document(title: &str, more: &str, body: &Markup) -> String {
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (report.title) }
-                style { (PreEscaped(include_str!("style.css"))) }
+                title { (title) }
+                style { (PreEscaped(include_str!("style.css"))) (PreEscaped(more)) }
             }
-            body {
-                (heading(report))
-                (verdict(&report.verdict))
-                (parameters(report))
-                (derived(report))
-                (gains(report))
-                (curves(report))
-                (characteristic_numbers(report))
-                (parts(report))
-                (residuals(report))
-                (correlation(report))
-                (course(report))
-                (origin(report))
-            }
+            body { (body) }
         }
     };
     markup.into_string()

@@ -7,7 +7,7 @@ use poropunch::parameters::{
 use poropunch::protocol::Trapezoid;
 use poropunch::{Instance, Model, Outputs, Parameters};
 use std::f64::consts::PI;
-use tests::poroelastic;
+use tests::{follow, poroelastic};
 
 const SHEAR: f64 = 500.0;
 const RADIUS: f64 = 1e-3;
@@ -101,18 +101,7 @@ fn adhesion_of_a_sphere() {
 
 fn two_cycles(parameters: &Parameters, per_leg: usize) -> Vec<(f64, Outputs)> {
     let protocol = Trapezoid { cycles: 2, start_gap: GAP, ..Trapezoid::p2() }.protocol().unwrap();
-    let mut instance = Instance::new(&Model::new(parameters.clone()).unwrap(), -GAP).unwrap();
-    let mut results = Vec::new();
-    for pair in protocol.points().windows(2) {
-        let ((from, a), (to, b)) = (pair[0], pair[1]);
-        for k in 1..=per_leg {
-            let part = k as f64 / per_leg as f64;
-            instance.set_displacement(a + (b - a) * part);
-            instance.advance(from + (to - from) * part - instance.time()).unwrap();
-            results.push((instance.time(), instance.outputs()));
-        }
-    }
-    results
+    follow(parameters, &protocol, per_leg)
 }
 
 /// Goal: Table 1 in two cycles of P2 with adhesion: a negative peak of at most strength times area after every

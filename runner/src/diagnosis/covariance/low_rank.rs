@@ -144,14 +144,14 @@ impl SharedNoise for Covariance {
         columns
     }
 
-    fn growth(&self, change: &DVector<f64>, heights: &DVector<f64>) -> DVector<f64> {
+    fn growth(&self, heights: &DVector<f64>) -> DVector<f64> {
         let mut sum = DVector::zeros(self.len());
         for (common, height) in self.common.iter().zip(heights.iter()) {
             if let Some(part) = self.part(common) {
                 sum.axpy(*height, &part, 1.0);
             }
         }
-        sum.component_mul(change)
+        sum
     }
 }
 

@@ -108,11 +108,7 @@ fn refine<W: Whitening>(
         }
     }
     for (k, m, runs) in runs {
-        let forces = match Setup::forces_mn(&runs) {
-            Ok(forces) => forces,
-            Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
-            Err(EvaluationFailure::Failed(_)) => continue,
-        };
+        let Some(forces) = Setup::computable_forces_mn(&runs)? else { continue };
         let change = forces.iter().zip(plain).map(|(f, p)| (f - p) / m);
         let change_mn = DVector::from_iterator(plain.len(), change);
         let small = fit.signature(whitening, &change_mn);

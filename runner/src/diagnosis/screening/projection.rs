@@ -69,6 +69,11 @@ impl Signature {
         (self.score(y) / length, 1.0 / length)
     }
 
+    /// Decrease of chi^2 by the effect at magnitude 1: `2 s'y - s's`.
+    pub fn gain_of_one(&self, y: &DVector<f64>) -> f64 {
+        2.0 * self.s.dot(y) - self.s.norm_squared()
+    }
+
     /// Share of the effect that a refit hides, `1 - |s| / |inv(L) d|`.
     pub fn absorbed(&self) -> f64 {
         if self.norm > 0.0 { (1.0 - self.s.norm() / self.norm).clamp(0.0, 1.0) } else { 1.0 }
