@@ -133,11 +133,14 @@ impl Instance {
         let (end, to) = (state.time + duration, state.target);
         state.time = end;
         if state.path.is_none() {
-            if to <= 0.0 {
-                state.outputs.displacement = to;
+            if to > 0.0 {
+                now += duration * (-from / (to - from));
+            }
+            // A punch that arrives at the surface within rounding has not touched it yet.
+            if to <= 0.0 || now >= end {
+                state.outputs.displacement = to.min(0.0);
                 return Ok(());
             }
-            now += duration * (-from / (to - from));
             from = 0.0;
             let effect = &self.model.parameters.effect;
             state.path = Some(Path::touch(&self.engine, now).with_load_cell(effect));

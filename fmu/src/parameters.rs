@@ -135,6 +135,8 @@ pub enum IndenterProfile {
 pub struct IndenterParameters {
     /// Its shape.
     pub profile: IndenterProfile,
+    /// Radius of a flat punch's edge (m); 0: sharp.
+    pub edge_radius: f64,
     /// Radius of the sphere (m).
     pub sphere_radius: f64,
     /// Angle between the cone's axis and its flank (rad).
@@ -143,7 +145,27 @@ pub struct IndenterParameters {
 
 impl Default for IndenterParameters {
     fn default() -> Self {
-        Self { profile: IndenterProfile::Flat, sphere_radius: 4e-3, cone_half_angle: PI / 3.0 }
+        Self {
+            profile: IndenterProfile::Flat,
+            edge_radius: 0.0,
+            sphere_radius: 4e-3,
+            cone_half_angle: PI / 3.0,
+        }
+    }
+}
+
+impl IndenterParameters {
+    /// Whether the face is a plane up to a sharp edge.
+    pub fn is_plane(&self) -> bool {
+        self.profile == IndenterProfile::Flat && self.edge_radius == 0.0
+    }
+
+    /// Distance from the axis (m) from which on the edge of the contact can run; `None` where it is the punch's.
+    pub fn contact_edge_from(&self, punch_radius: f64) -> Option<f64> {
+        match self.profile {
+            IndenterProfile::Flat => (!self.is_plane()).then_some(punch_radius - self.edge_radius),
+            IndenterProfile::Sphere | IndenterProfile::Cone => Some(0.0),
+        }
     }
 }
 
@@ -295,7 +317,7 @@ impl Parameters {
         positive("geometry.punch_radius", g.punch_radius)?;
         positive("geometry.sample_height", g.sample_height)?;
         positive("geometry.sample_radius", g.sample_radius)?;
-        let flat = self.indenter.profile == IndenterProfile::Flat;
+        let flat = self.indenter.is_plane();
         // Between 1 and 1.05 neither the edge nor the side would be resolved.
         if !(g.is_platen() && flat && self.mesh.kind == MeshKind::Axisymmetric) {
             within("geometry.sample_radius", g.sample_radius, 1.05 * g.punch_radius, f64::MAX)?;
@@ -355,14 +377,25 @@ impl Parameters {
                 "indenter.profile = cone",
             )?,
         }
-        let rings = i.profile == IndenterProfile::Flat && !self.geometry.is_platen();
+        match i.profile {
+            IndenterProfile::Flat => {
+                within("indenter.edge_radius", i.edge_radius, 0.0, self.geometry.punch_radius)?;
+            }
+            _ => only(i.edge_radius != 0.0, "indenter.edge_radius", "indenter.profile = flat")?,
+        }
+        let rings = i.is_plane() && !self.geometry.is_platen();
         only(
             self.mesh.divisions != 0 && !rings,
             "mesh.divisions",
-            "indenter.profile = flat and geometry.punch_radius < geometry.sample_radius",
+            "indenter.profile = flat, a sharp edge and geometry.punch_radius < geometry.sample_radius",
         )?;
-        if self.mesh.kind == MeshKind::Paper3d && i.profile != IndenterProfile::Flat {
-            return Err(ParameterError::NotIn3d("indenter.profile"));
+        if self.mesh.kind == MeshKind::Paper3d && !i.is_plane() {
+            let rounded = i.profile == IndenterProfile::Flat;
+            return Err(ParameterError::NotIn3d(if rounded {
+                "indenter.edge_radius"
+            } else {
+                "indenter.profile"
+            }));
         }
         Ok(())
     }

@@ -106,6 +106,74 @@ fn flat_punch_of_sneddon() {
     assert_relative_eq!(force, 8.0 * SHEAR * 1e-3 * depth, max_relative = 1e-2);
 }
 
+/// Depth and force (in units of E* = E/(1 - nu^2)) of a rounded punch whose contact has the radius `a`: Sneddon's integrals of the
+/// face's slope over `r = a sin(angle)`, by the midpoint rule.
+fn rounded_by_sneddon(flat: f64, edge: f64, a: f64) -> (f64, f64) {
+    const PARTS: usize = 20_000;
+    let width = 0.5 * PI / PARTS as f64;
+    let slope = |r: f64| if r > flat { (r - flat) / (edge * edge - (r - flat).powi(2)).sqrt() } else { 0.0 };
+    let terms = (0..PARTS).map(|k| {
+        let r = a * ((k as f64 + 0.5) * width).sin();
+        (a * slope(r) * width, 2.0 * r * r * slope(r) * width)
+    });
+    terms.fold((0.0, 0.0), |sum, term| (sum.0 + term.0, sum.1 + term.1))
+}
+
+/// Goal: a flat punch with a rounded edge, undrained and frictionless. Set-up: edge radius 6 mm and flat up to 0.4 mm, so that
+/// strains are small; contact radii from 0.6 to 0.9 mm. Reference: Sneddon's integrals (Ciavarella 1999),
+/// `d = a int f'(r) / sqrt(a^2 - r^2) dr`, `F = 2 E* int r^2 f'(r) / sqrt(a^2 - r^2) dr`. Tolerance: 1 %, as the sphere's.
+#[test]
+fn rounded_punch_of_ciavarella() {
+    let mut parameters = undrained(IndenterProfile::Flat);
+    // The punch ends where its edge has risen to the side: 1 mm of a punch of 6.4 mm is touched at most.
+    let (flat, edge) = (0.4e-3, 6e-3);
+    parameters.geometry.punch_radius = flat + edge;
+    parameters.geometry.sample_radius = 0.2;
+    parameters.geometry.sample_height = 0.2;
+    parameters.indenter.edge_radius = edge;
+    parameters.mesh.edge_size = 0.04e-3;
+    parameters.mesh.growth = 1.4;
+    let touched = [0.6e-3, 0.75e-3, 0.9e-3].map(|a| rounded_by_sneddon(flat, edge, a));
+    let found = forces(&parameters, &touched.map(|(depth, _)| depth));
+    for ((_, force), found) in touched.iter().zip(found) {
+        assert_relative_eq!(found, 4.0 * SHEAR * force, max_relative = 1e-2);
+    }
+}
+
+/// Goal: a rounded edge takes as much of the paper's force as of a half-space's. Set-up: Table 1's punch, 1 mm deep within 0.6 s, edge
+/// radii of 0.1 and 0.2 mm, standard mesh. Reference: Sneddon's ratio to the sharp punch at the same depth (0.988 and 0.968); once
+/// all of the face is touched, the force grows by `2 E* a`. Tolerance: 0.5 % of the sharp punch's force.
+#[test]
+fn a_rounded_edge_takes_its_part_of_the_force() {
+    const TANGENT: f64 = 0.9;
+    let (radius, depth) = (2e-3, 1e-3);
+    let force = |edge_radius: f64| {
+        let mut parameters = Parameters::default();
+        parameters.mesh.preset = MeshPreset::Standard;
+        parameters.indenter.edge_radius = edge_radius;
+        let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
+        instance.set_displacement(depth);
+        instance.advance(0.625).unwrap();
+        instance.outputs().force
+    };
+    let sharp = force(0.0);
+    for edge in [0.1e-3, 0.2e-3] {
+        let flat = radius - edge;
+        let at = |a: f64| rounded_by_sneddon(flat, edge, a);
+        // The contact's radius where this depth is reached, if it is; the face goes on along its tangent.
+        let (mut low, mut high) = (flat, flat + TANGENT * edge);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if at(middle).0 < depth { low = middle } else { high = middle }
+        }
+        let (reached, part) = at(low);
+        let expected = (part + 2.0 * radius * (depth - reached).max(0.0)) / (2.0 * radius * depth);
+        let found = force(edge) / sharp;
+        println!("edge {edge}: {found:.4}, {expected:.4}");
+        assert!((found - expected).abs() < 5e-3, "{found} {expected}");
+    }
+}
+
 /// Goal: unconfined compression of a biphasic disc between frictionless sealed plates. Set-up: a platen wider than
 /// the sample, nu = 0.1, strain 1e-4 within tau = 1e-6. Reference: Armstrong, Lai and Mow 1984 as evaluated in
 /// the design's verification list, `F/(E eps A)` at `tau = H_A k t / a^2`. Tolerance: 0.5 %.

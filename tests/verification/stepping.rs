@@ -123,3 +123,26 @@ fn errors_leave_the_instance_usable() {
     assert!(instance.outputs().force > 0.0);
     assert!(matches!(Instance::new(&model, 1e-6), Err(StepError::StartsInside(_))));
 }
+
+/// Goal: a punch that arrives at the surface at the very end of a communication step, within rounding on either side, goes on like
+/// one that starts there. Set-up: Table 1, coarse mesh, 1 mm/s from 20 um above. Tolerance: 1e-9; when the touch was taken
+/// to be behind the punch, the next step ran at twice the speed and the force was 20 % too high.
+#[test]
+fn a_touch_at_a_communication_point() {
+    let model = coarse();
+    let force = |start: f64, stops: &[f64]| {
+        let mut instance = Instance::new(&model, start).unwrap();
+        let mut from = start;
+        for &to in stops {
+            instance.set_displacement(to);
+            instance.advance((to - from) / 1e-3).unwrap();
+            from = to;
+        }
+        instance.outputs().force
+    };
+    let expected = force(0.0, &[2e-5]);
+    for rounding in [-1e-21, 0.0, 1e-22, 1e-21, 1e-20] {
+        let found = force(-2e-5, &[rounding, 2e-5]);
+        approx::assert_relative_eq!(found, expected, max_relative = 1e-9);
+    }
+}

@@ -14,7 +14,7 @@ pub use catalogue::{by_name, markdown};
 pub use descriptor::{Course, Effect, Place, Setting, Sign, Variant};
 
 use crate::error::ParameterError;
-use crate::parameters::{IndenterProfile, MeshKind, Parameters};
+use crate::parameters::{MeshKind, Parameters};
 use crate::variables::{Settings, Variable};
 use serde::{Deserialize, Serialize};
 
@@ -79,9 +79,12 @@ impl EffectParameters {
                 "boundary.bonded_punch = true",
             ));
         }
-        if slips && parameters.indenter.profile != IndenterProfile::Flat {
+        if slips && !parameters.indenter.is_plane() {
             // The layer knows where a plane was touched: at rest.
-            return Err(ParameterError::Contradiction("effect.slip.compliance", "indenter.profile = flat"));
+            return Err(ParameterError::Contradiction(
+                "effect.slip.compliance",
+                "indenter.profile = flat with a sharp edge",
+            ));
         }
         if parameters.solver.sensitivities && effect.discretisation.traction {
             return Err(ParameterError::NoSensitivities("effect.discretisation.traction"));

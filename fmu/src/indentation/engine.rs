@@ -31,7 +31,7 @@ impl Discretised {
         Ok(match parameters.mesh.kind {
             MeshKind::Axisymmetric => {
                 let Parameters { indenter, geometry, mesh, .. } = parameters;
-                Self::Axisymmetric(Sample::shared_under(indenter.profile, geometry, mesh)?)
+                Self::Axisymmetric(Sample::shared_under(indenter, geometry, mesh)?)
             }
             MeshKind::Paper3d => Self::Paper3d(SolidSample::shared(&parameters.geometry)?),
         })

@@ -4,7 +4,7 @@ use crate::element::geometry::Geometry;
 use crate::element::{AssemblyMap, Body};
 use crate::material::PointMaterial;
 use crate::mesh::Mesh;
-use crate::parameters::{GeometryParameters, IndenterProfile, MeshParameters};
+use crate::parameters::{GeometryParameters, IndenterParameters, MeshParameters};
 use crate::solver::linear::Structure;
 use crate::solver::multifrontal::{self, StructureError};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -44,30 +44,30 @@ impl Sample {
     /// # Errors
     /// When the mesh has too many unknowns.
     pub fn shared(geometry: &GeometryParameters, mesh: &MeshParameters) -> Result<Arc<Self>, StructureError> {
-        Self::shared_under(IndenterProfile::Flat, geometry, mesh)
+        Self::shared_under(&IndenterParameters::default(), geometry, mesh)
     }
 
-    /// The sample of a geometry and a profile; equal ones with equal meshes that are alive share one.
+    /// The sample of a geometry under an indenter; equal ones with equal meshes that are alive share one.
     ///
     /// # Errors
     /// When the mesh has too many unknowns.
     pub fn shared_under(
-        profile: IndenterProfile,
+        indenter: &IndenterParameters,
         geometry: &GeometryParameters,
         mesh: &MeshParameters,
     ) -> Result<Arc<Self>, StructureError> {
         let mut live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = (profile, geometry.clone(), mesh.clone());
+        let key = (indenter.contact_edge_from(geometry.punch_radius), geometry.clone(), mesh.clone());
         if let Some(sample) = live.iter().find(|(k, _)| *k == key).and_then(|(_, s)| s.upgrade()) {
             return Ok(sample);
         }
-        let sample = Arc::new(Self::from_mesh(Mesh::under(profile, geometry, mesh))?);
+        let sample = Arc::new(Self::from_mesh(Mesh::under(indenter, geometry, mesh))?);
         live.push((key, Arc::downgrade(&sample)));
         Ok(sample)
     }
 }
 
-type Key = (IndenterProfile, GeometryParameters, MeshParameters);
+type Key = (Option<f64>, GeometryParameters, MeshParameters);
 static LIVE: Mutex<Vec<(Key, Weak<Sample>)>> = Mutex::new(Vec::new());
 
 impl Drop for Sample {

@@ -99,7 +99,7 @@ impl Stepper {
             m.equilibrium.shear_modulus() + m.branches.iter().map(|b| b.ogden.shear_modulus()).sum::<f64>();
         let length_scale = parameters.geometry.reach();
         let boundary = effect.slip.boundary(&parameters.boundary);
-        let profile = Profile::new(&parameters.indenter);
+        let profile = Profile::new(&parameters.indenter, parameters.geometry.punch_radius);
         let is_pressure = sample.mesh.pressure_mask();
         let unit = |pressure: &bool| if *pressure { stress_scale } else { length_scale };
         let column_scale = is_pressure.iter().map(unit).collect();

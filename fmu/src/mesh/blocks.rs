@@ -48,11 +48,16 @@ pub fn indentation(geometry: &GeometryParameters, resolution: &Resolution) -> Ve
     quads
 }
 
-/// A grid that is even where the contact's edge may run, up to the punch's radius, and coarsens away from there.
-pub fn growing_contact(geometry: &GeometryParameters, zone: &Zone) -> Vec<Quad> {
+/// A grid that is even where the contact's edge may run, `from` a radius up to the punch's, and coarsens away from there.
+pub fn growing_contact(geometry: &GeometryParameters, from: f64, zone: &Zone) -> Vec<Quad> {
     let (a, b, h) = (geometry.punch_radius, geometry.sample_radius, geometry.sample_height);
-    let elements = (a / zone.size).ceil().max(1.0);
-    let mut radii: Vec<f64> = (0..=elements as usize).map(|k| a * k as f64 / elements).collect();
+    let elements = ((a - from) / zone.size).ceil().max(1.0);
+    let inner = layers(from, zone.size, zone.growth).into_iter().rev();
+    let mut radii: Vec<f64> = inner.map(|x| (from - x).max(0.0)).collect();
+    if let Some(axis) = radii.first_mut() {
+        *axis = 0.0;
+    }
+    radii.extend((0..=elements as usize).map(|k| from + (a - from) * k as f64 / elements));
     radii.extend(layers(b - a, zone.size, zone.growth).into_iter().map(|x| a + x));
     let mut heights: Vec<f64> = layers(h, zone.size, zone.growth).into_iter().map(|x| h - x).rev().collect();
     heights[0] = 0.0;

@@ -8,7 +8,7 @@ mod blocks;
 mod grading;
 mod presets;
 
-use crate::parameters::{GeometryParameters, IndenterProfile, MeshParameters};
+use crate::parameters::{GeometryParameters, IndenterParameters, MeshParameters};
 use blocks::Quad;
 use std::collections::HashMap;
 
@@ -72,13 +72,16 @@ impl Mesh {
         Self::from_quads(&blocks::indentation(geometry, &resolution), geometry.punch_radius)
     }
 
-    /// The mesh of a geometry under an indenter of this profile.
-    pub fn under(profile: IndenterProfile, geometry: &GeometryParameters, mesh: &MeshParameters) -> Self {
-        if profile == IndenterProfile::Flat {
-            return Self::new(geometry, mesh);
-        }
-        let zone = presets::growing_contact(mesh, geometry.punch_radius);
-        Self::from_quads(&blocks::growing_contact(geometry, &zone), geometry.punch_radius)
+    /// The mesh of a geometry under an indenter.
+    pub fn under(
+        indenter: &IndenterParameters,
+        geometry: &GeometryParameters,
+        mesh: &MeshParameters,
+    ) -> Self {
+        let radius = geometry.punch_radius;
+        let Some(from) = indenter.contact_edge_from(radius) else { return Self::new(geometry, mesh) };
+        let zone = presets::growing_contact(mesh, radius, radius - from);
+        Self::from_quads(&blocks::growing_contact(geometry, from, &zone), radius)
     }
 
     /// The rectangular mesh of given grid lines (ascending from 0); `punch_radius` is one of the radii.

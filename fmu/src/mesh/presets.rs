@@ -24,9 +24,12 @@ pub struct Zone {
     pub growth: f64,
 }
 
-/// Zone of a contact that grows up to `radius`: the preset's unless overridden.
-pub fn growing_contact(mesh: &MeshParameters, radius: f64) -> Zone {
-    zone(mesh, radius, [(1.0 / 16.0, 1.6), (1.0 / 32.0, 1.4), (1.0 / 64.0, 1.3)])
+/// Zone of a contact that grows up to `radius` within `width`: the preset's unless overridden.
+pub fn growing_contact(mesh: &MeshParameters, radius: f64, width: f64) -> Zone {
+    let zone = zone(mesh, radius, [(1.0 / 16.0, 1.6), (1.0 / 32.0, 1.4), (1.0 / 64.0, 1.3)]);
+    // A narrow zone, of a rounded edge, has a few elements too.
+    let most = if mesh.edge_size > 0.0 { f64::INFINITY } else { 0.25 * width };
+    Zone { size: zone.size.min(most), ..zone }
 }
 
 /// Zone at the side of a sample of this radius under a platen: the preset's unless overridden.

@@ -361,6 +361,13 @@ const INDENTER: &[Variable] = &[
         ),
     ),
     real(
+        "indenter.edge_radius",
+        "Radius of a flat punch's edge, at most geometry.punch_radius; 0: sharp; acts only with indenter.profile = flat",
+        &METRE,
+        (0.0, 1e3),
+        field!(Real, padded.indenter.edge_radius),
+    ),
+    real(
         "indenter.sphere_radius",
         "Radius of a sphere, at least geometry.punch_radius / 0.9; acts only with indenter.profile = sphere",
         &METRE,

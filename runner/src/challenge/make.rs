@@ -1,6 +1,6 @@
 //! `runner challenge make`: cases for the diagnosis, and their sealed key.
 
-use super::draw::{Drawn, draw};
+use super::draw::{Drawn, again, draw};
 use super::key::{Key, SEAL, Solution, hash};
 use super::oracle::visibility;
 use super::simulate::{Test, Truth, start, tests};
@@ -62,6 +62,9 @@ pub struct Plan<'a> {
     pub key: &'a Path,
 }
 
+/// Times that a case is drawn again before the maker gives up.
+const ATTEMPTS: u64 = 8;
+
 /// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the key, and its hash beside the cases.
 ///
 /// # Errors
@@ -71,7 +74,19 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
     let mut cases = Vec::new();
     for (number, drawn) in draw(plan.seed, plan.cases).into_iter().enumerate() {
         say(format!("case {} of {}", number + 1, plan.cases));
-        cases.push(one(engine, plan, &tests, drawn)?);
+        let mut made = one(engine, plan, &tests, drawn.clone());
+        // Some materials and causes together are beyond what the mesh can follow.
+        for attempt in 1..=ATTEMPTS {
+            if !matches!(
+                made,
+                Err(MakeError::Run(RunFailure::Model(_))
+                    | MakeError::Evaluation(EvaluationFailure::Failed(_)))
+            ) {
+                break;
+            }
+            made = one(engine, plan, &tests, again(&drawn, attempt));
+        }
+        cases.push(made?);
     }
     let key = Key { schema: "poropunch.challenge/1".to_owned(), seed: plan.seed, cycles: plan.cycles, cases };
     let bytes = serde_json::to_vec(&key)?;

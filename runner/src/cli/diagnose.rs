@@ -132,7 +132,14 @@ pub fn diagnosis_of(
 
     let progress = Progress::of_fit(0);
     let effort = Effort { quick: arguments.quick, evaluations: arguments.max_evaluations };
-    let mut say = |what: String| progress.show(0, what);
+    let verbose = std::env::var_os("PP_DBG").is_some();
+    let t0 = std::time::Instant::now();
+    let mut say = |what: String| {
+        if verbose {
+            eprintln!("{:.1} {what}", t0.elapsed().as_secs_f64())
+        };
+        progress.show(0, what)
+    };
     let found = diagnose(&engine, observations, &parameters, height, effort, &mut say);
     progress.finish();
     let found = match found {

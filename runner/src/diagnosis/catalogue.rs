@@ -13,28 +13,56 @@ use std::sync::Arc;
 
 /// Effects whose magnitude differs from test to test: all tests together, the parameters would absorb them.
 const BETWEEN_TESTS: [&str; 1] = ["amplitude"];
+/// Variants whose change of the force [`super::refinement`] counts as error of the simulation.
+const REFINEMENTS: [&str; 2] = ["discretisation.mesh", "discretisation.time"];
 /// Largest magnitude that is tried, in plausible scales, where the parameter's range allows it.
 const LARGEST: f64 = 8.0;
 
-/// All variants of all effects that an FMU can compute, and the titles of those that it cannot.
-pub fn effects(wiring: &Wiring) -> (Vec<Effect>, Vec<String>) {
-    let (mut known, mut unknown) = (Vec::new(), Vec::new());
+/// An effect that is not screened, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeftOut {
+    /// Its name.
+    pub name: String,
+    /// Why.
+    pub reason: &'static str,
+}
+
+/// Why an effect cannot be screened.
+fn obstacle(name: &str, variant: &Variant, wiring: &Wiring) -> Option<&'static str> {
+    if !variant.settings.iter().all(|s| wiring.parameters.contains_key(s.parameter)) {
+        Some("the FMU does not have it")
+    } else if REFINEMENTS.contains(&name) {
+        Some("what a refinement changes is part of the noise, so it cannot be a gap too")
+    } else {
+        None
+    }
+}
+
+/// All variants of all effects that can be screened with an FMU, and those that cannot.
+pub fn effects(wiring: &Wiring) -> (Vec<Effect>, Vec<LeftOut>) {
+    let (mut known, mut left_out) = (Vec::new(), Vec::new());
     for effect in CATALOGUE {
         for variant in effect.variants {
-            match variant.settings.iter().all(|s| wiring.parameters.contains_key(s.parameter)) {
-                true => known.push(of_variant(effect, variant, wiring)),
-                false => unknown.push(format!("{} ({})", effect.title, variant.name)),
+            let name = variant_name(effect, variant);
+            match obstacle(&name, variant, wiring) {
+                None => known.push(of_variant(effect, variant, wiring)),
+                Some(reason) => left_out.push(LeftOut { name, reason }),
             }
         }
     }
-    (known, unknown)
+    (known, left_out)
+}
+
+fn variant_name(effect: &effect::Effect, variant: &Variant) -> String {
+    let several = effect.variants.len() > 1;
+    if several { format!("{}.{}", effect.name, variant.name) } else { effect.name.to_owned() }
 }
 
 fn of_variant(effect: &effect::Effect, variant: &'static Variant, wiring: &Wiring) -> Effect {
     let several = effect.variants.len() > 1;
     let (scale, unit) = variant.settings.iter().find_map(scale).unwrap_or((1.0, String::new()));
     Effect {
-        name: if several { format!("{}.{}", effect.name, variant.name) } else { effect.name.to_owned() },
+        name: variant_name(effect, variant),
         family: effect.name.to_owned(),
         title: if several { format!("{}: {}", effect.title, variant.name) } else { effect.title.to_owned() },
         place: place(effect.place),

@@ -2,10 +2,10 @@
 
 use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
 use super::covariance::Covariance;
-use super::effect::{Candidate, PRIOR_DEVIATION};
+use super::effect::Candidate;
 use super::location::spots;
 use super::problem::{Setup, is_continuous};
-use super::screening::{Family, Screened};
+use super::screening::Family;
 use super::something_else::{SomethingElse, something_else};
 use crate::fit::IterationRecord;
 
@@ -26,7 +26,8 @@ pub struct Refit {
     pub adequacy: f64,
 }
 
-/// Refits with the candidates `members`, starting from the plain fit and expected magnitudes.
+/// Refits with the candidates `members`, starting at `from` (variables of the parameters) and expected magnitudes: the
+/// next start is tried only where the one before explains nothing.
 ///
 /// # Errors
 /// When the model fails with these effects, or the user asked to stop.
@@ -34,14 +35,14 @@ pub fn refit(
     setup: Setup,
     candidates: &[Candidate],
     members: &[(usize, f64)],
+    from: [&[f64]; 2],
     plain: &Fit,
     covariance: &Covariance,
     evaluations: usize,
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
     let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
-    // What the plain model made of its parameters to imitate the effect may be far from what they are with it.
-    let mut starts = vec![plain.x().to_vec(), setup.parameters.start().to_vec()];
+    let mut starts = from.map(<[f64]>::to_vec).to_vec();
     for ((_, magnitude), candidate) in members.iter().zip(&active) {
         if is_continuous(candidate) {
             let (low, high) = candidate.range();
@@ -66,18 +67,4 @@ pub fn adequacy(setup: Setup, fit: &Fit) -> f64 {
     let signatures: Vec<_> = spots.iter().map(|s| &s.signature).collect();
     let worst = signatures.iter().map(|s| s.score(&fit.linear.residual).abs()).fold(0.0, f64::max);
     Family::new(&signatures, &vec![false; signatures.len()], 3).probability(worst)
-}
-
-/// Twice the log evidence of two effects against none, both magnitudes normal before, all linear.
-pub fn pair_evidence(a: &Screened, b: &Screened, fit: &Fit) -> f64 {
-    let (s, t, y) = (&a.signature.s, &b.signature.s, &fit.linear.residual);
-    let v = nalgebra::Vector2::new(s.dot(y), t.dot(y));
-    let g = nalgebra::Matrix2::new(s.dot(s), s.dot(t), s.dot(t), t.dot(t));
-    // In units of the magnitudes' prior deviation.
-    let (v, g) = (v * PRIOR_DEVIATION, g * PRIOR_DEVIATION.powi(2));
-    let h = g + nalgebra::Matrix2::identity();
-    match h.try_inverse() {
-        Some(inverse) => v.dot(&(inverse * v)) - h.determinant().ln(),
-        None => f64::NEG_INFINITY,
-    }
 }

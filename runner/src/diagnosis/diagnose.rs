@@ -1,9 +1,9 @@
 //! The nine steps, one after the other.
 
-use super::baseline::{FINAL, Fit, FitFailure, FitPlan, ROUGH, fit};
-use super::catalogue::effects;
-use super::confirming::{Refit, pair_evidence, refit};
-use super::covariance::{NoiseModel, noise_model, rough_covariance};
+use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
+use super::catalogue::{LeftOut, effects};
+use super::confirming::Refit;
+use super::covariance::{NoiseModel, noise_model};
 use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
 use super::held_out::{Split, splits};
 use super::location::{Spot, spots};
@@ -11,11 +11,12 @@ use super::observation::Observation;
 use super::problem::{Setup, is_continuous};
 use super::refinement::refined;
 use super::screening::{Failed, Family, Screened, Signature, screen};
+use super::search::Search;
 use super::shrinkage::Comparison;
 use super::something_else::{SomethingElse, something_else};
 use super::verdict::{Decision, Evidence, SIGNIFICANT, decide};
 use crate::engine::Engine;
-use crate::fit::EvaluationFailure;
+use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::objective::{DatasetError, ParameterMap};
 use crate::pool::Priority;
 use thiserror::Error;
@@ -59,8 +60,8 @@ pub struct Findings {
     pub screened: Vec<Screened>,
     /// Those that could not be computed.
     pub failed: Vec<Failed>,
-    /// Effects that the FMU does not have.
-    pub unknown: Vec<String>,
+    /// Effects that were not screened.
+    pub left_out: Vec<LeftOut>,
     /// Distribution of the largest score of all under noise.
     pub family: Family,
     /// Family-wise probability of the largest score.
@@ -75,15 +76,6 @@ pub struct Findings {
     pub decision: Decision,
 }
 
-/// Screened effects that are refitted, whether or not one of them explains the gap.
-const LEADERS: usize = 5;
-const QUICK_LEADERS: usize = 2;
-/// Effects that are tried before the cause is called none of these.
-const TRIED: usize = 7;
-/// An effect of which screening expects a smaller part of the gain of another that explains all is not refitted.
-const HOPELESS: f64 = 0.2;
-/// Evidence (twice the logarithm) by which two effects together must surpass the best one to be refitted.
-const PAIR_GAIN: f64 = 8.0;
 /// Starts of the plain fit beside the user's.
 const STARTS: usize = 3;
 
@@ -104,7 +96,7 @@ pub fn diagnose(
     let (plain, noise) = baseline(setup, effort, say)?;
     let covariance = &plain.covariance;
     let names: Vec<String> = observations.iter().map(|o| o.name().to_owned()).collect();
-    let (effects, unknown) = effects(engine.wiring());
+    let (effects, left_out) = effects(engine.wiring());
     let candidates = Candidate::of(&effects, &names);
     say(format!("screening {} effects", candidates.len()));
     let (mut screened, failed) = screen(setup, &candidates, plain.x(), &plain.linear, covariance)?;
@@ -121,7 +113,10 @@ pub fn diagnose(
     let mut refits = Vec::new();
     if probability <= SIGNIFICANT {
         let leaders: Vec<&Screened> = screened.iter().filter(testable).collect();
-        refits = confirm(setup, &candidates, &leaders, &plain, &noise, effort, say)?;
+        let covariance = &noise.covariance;
+        let (quick, evaluations) = (effort.quick, effort.evaluations);
+        let search = Search { setup, candidates: &candidates, plain: &plain, covariance, evaluations };
+        refits = search.run(&leaders, quick, say)?;
     }
     let splits = splits(&observations);
     let alike = |a: usize, b: usize| alike(&screened, a, b);
@@ -140,7 +135,7 @@ pub fn diagnose(
         candidates,
         screened,
         failed,
-        unknown,
+        left_out,
         family,
         probability,
         something_else,
@@ -168,25 +163,22 @@ fn computable(
     Ok(observations.iter().map(shorter).collect::<Result<_, _>>()?)
 }
 
-/// Fit of the plain model, its covariance with the error of the simulation at that fit.
+/// Fit of the plain model. The errors in proportion to the force are counted from the start's, and grow with what the
+/// fit computes.
 fn baseline(
     setup: Setup,
     effort: Effort,
     say: &mut dyn FnMut(String),
 ) -> Result<(Fit, NoiseModel), DiagnosisError> {
-    let first = rough_covariance(setup.observations);
+    let start = setup.parameters.start();
+    let reference = Setup::forces_mn(&setup.submit(start, &[], true, Priority::Urgent))?;
+    let noise = noise_model(setup.observations, &reference, refined(setup, start)?);
     let drawn = if effort.quick { 0 } else { STARTS };
-    let starts = vec![setup.parameters.start().to_vec()];
-    let plan = FitPlan { starts, drawn, evaluations: effort.evaluations, tolerance: ROUGH };
-    let mut watch = |r: &crate::fit::IterationRecord| {
+    let plan =
+        FitPlan { starts: vec![start.to_vec()], drawn, evaluations: effort.evaluations, tolerance: FINAL };
+    let mut watch = |r: &IterationRecord| {
         say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
     };
-    let rough = fit(setup, &[], &first, &plan, &mut watch).map_err(DiagnosisError::Baseline)?;
-    let reference: Vec<f64> =
-        setup.measured_mn().iter().zip(rough.gap_mn.iter()).map(|(m, gap)| m - gap).collect();
-    let noise = noise_model(setup.observations, &reference, refined(setup, rough.x())?);
-    let starts = vec![rough.x().to_vec()];
-    let plan = FitPlan { starts, drawn: 0, evaluations: effort.evaluations, tolerance: FINAL };
     let plain = fit(setup, &[], &noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)?;
     Ok((plain, noise))
 }
@@ -235,73 +227,6 @@ fn alike(screened: &[Screened], a: usize, b: usize) -> bool {
         (Some(a), Some(b)) => a.signature.cosine(&b.signature).abs() > super::screening::CONFUSABLE,
         _ => false,
     }
-}
-
-/// Refits the leaders, those that look like the first of them, and the best pair.
-fn confirm(
-    setup: Setup,
-    candidates: &[Candidate],
-    leaders: &[&Screened],
-    plain: &Fit,
-    noise: &NoiseModel,
-    effort: Effort,
-    say: &mut dyn FnMut(String),
-) -> Result<Vec<Refit>, DiagnosisError> {
-    let y = &plain.linear.residual;
-    let expected = |s: &Screened| (s.candidate, s.signature.magnitude(y).0);
-    let count = if effort.quick { QUICK_LEADERS } else { LEADERS };
-    let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, plain);
-    // The first is refitted in any case: its signature is that of a finite magnitude, not of the best one.
-    let promising = leaders.iter().enumerate().filter(|(k, s)| *k == 0 || evidence(s) > 0.0);
-    let mut chosen: Vec<&Screened> = promising.map(|(_, s)| *s).take(TRIED).collect();
-    if let (Some(first), false) = (leaders.first(), effort.quick) {
-        let mates = leaders.iter().copied().skip(chosen.len());
-        chosen.extend(
-            mates.filter(|s| first.signature.cosine(&s.signature).abs() > super::screening::CONFUSABLE),
-        );
-    }
-    let mut refits: Vec<Refit> = Vec::new();
-    let mut try_one = |members: &[(usize, f64)], refits: &mut Vec<Refit>| -> Result<(), DiagnosisError> {
-        let names: Vec<&str> = members.iter().map(|(k, _)| candidates[*k].name.as_str()).collect();
-        say(format!("refit with {}", names.join(" and ")));
-        match refit(setup, candidates, members, plain, &noise.covariance, effort.evaluations, &mut |_| {}) {
-            Ok(found) => refits.push(found),
-            Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
-                return Err(EvaluationFailure::Interrupted.into());
-            }
-            // A model that cannot be computed with this effect is no competitor.
-            Err(_) => {}
-        }
-        Ok(())
-    };
-    for (k, leader) in chosen.iter().enumerate() {
-        // Beyond the leaders the search goes on only while nothing explains the gap: signatures are those of a
-        // plain fit that misses it, and the larger the gap, the less they say.
-        if k >= count && refits.iter().any(|r| r.adequacy > SIGNIFICANT) {
-            break;
-        }
-        let gain = leader.signature.score(y).powi(2);
-        let explained = |r: &Refit| r.adequacy > SIGNIFICANT && gain < HOPELESS * r.gain;
-        if !refits.iter().any(explained) {
-            try_one(&[expected(leader)], &mut refits)?;
-        }
-    }
-    if !effort.quick {
-        let pairs = (0..leaders.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-        let different = |&(i, j): &(usize, usize)| {
-            let family = |k: usize| &candidates[leaders[k].candidate].effect.family;
-            family(i) != family(j)
-                && leaders[i].signature.cosine(&leaders[j].signature).abs() < super::screening::CONFUSABLE
-        };
-        let scored =
-            pairs.filter(different).map(|(i, j)| (pair_evidence(leaders[i], leaders[j], plain), i, j));
-        let best_single = refits.iter().map(|r| r.evidence).fold(f64::NEG_INFINITY, f64::max);
-        let best = scored.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|p| p.0 > best_single + PAIR_GAIN);
-        if let Some((_, i, j)) = best {
-            try_one(&[expected(leaders[i]), expected(leaders[j])], &mut refits)?;
-        }
-    }
-    Ok(refits)
 }
 
 /// Whether held-out data accept a model: the sum over the splits that determine it.

@@ -29,6 +29,7 @@ pub mod published;
 pub mod refinement;
 pub mod result;
 pub mod screening;
+pub mod search;
 pub mod shrinkage;
 mod simple_rules;
 pub mod something_else;

@@ -232,11 +232,9 @@ fn not_testable(f: &Findings, effects: &[EffectSummary]) -> Vec<NotTestable> {
         name: f.candidates[failed.candidate].name.clone(),
         reason: format!("the model cannot be computed with it: {}", failed.reason),
     });
-    let unknown = f
-        .unknown
-        .iter()
-        .map(|title| NotTestable { name: title.clone(), reason: "the FMU does not have it".to_owned() });
-    weak.chain(failed).chain(unknown).collect()
+    let left_out =
+        f.left_out.iter().map(|l| NotTestable { name: l.name.clone(), reason: l.reason.to_owned() });
+    weak.chain(failed).chain(left_out).collect()
 }
 
 /// Places of the predicted points that belong to a phase; all where there is none.

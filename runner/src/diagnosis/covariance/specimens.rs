@@ -25,6 +25,8 @@ pub struct TestNoise {
 
 /// A deviation below this is rounding, not noise (mN).
 const SMALLEST_MN: f64 = 1e-4;
+/// What a load cell resolves of the largest force.
+const RESOLUTION: f64 = 1e-4;
 /// A variance counts when it is this many of its standard errors above what white noise gives.
 const BEYOND_DOUBT: f64 = 3.0;
 
@@ -53,13 +55,20 @@ fn single(observation: &Observation) -> TestNoise {
     let white_mn = match known {
         Some(noise) => DVector::from_iterator(m.len(), noise.sigma_n.iter().map(|s| s * 1e3)),
         None => {
-            let hold = (0..m.len()).filter(|&i| observation.dataset.phases[i] == Phase::HoldLate);
-            let points: Vec<(f64, f64)> = hold.map(|i| (m.time_s[i], m.force_n[i])).collect();
-            DVector::from_element(m.len(), sample_noise(&points) * 1e3)
+            let noise_n = |of: &dyn Fn(usize) -> bool| {
+                let points = (0..m.len()).filter(|&i| of(i)).map(|i| (m.time_s[i], m.force_n[i]));
+                sample_noise(&points.collect::<Vec<_>>())
+            };
+            // Late in the hold the curve is straight; where samples are few there, the whole curve speaks.
+            let late = noise_n(&|i| observation.dataset.phases[i] == Phase::HoldLate);
+            let noise_n = if late > 0.0 { late } else { noise_n(&|_| true) };
+            DVector::from_element(m.len(), noise_n * 1e3)
         }
     };
+    let peak_mn = m.force_n.iter().fold(0.0_f64, |peak, f| peak.max(1e3 * f.abs()));
+    let least = SMALLEST_MN.max(RESOLUTION * peak_mn);
     TestNoise {
-        white_mn: white_mn.map(|s| s.max(SMALLEST_MN)),
+        white_mn: white_mn.map(|s| s.max(least)),
         specimen_white_mn: None,
         common: vec![],
         slow_mn: None,

@@ -1,0 +1,142 @@
+//! Which models with effects are refitted.
+//!
+//! ```text
+//! leaders of the screening, one by one
+//! -> the best of them together with what its rest shows, where it shows something
+//! -> further single effects, while nothing explains the gap
+//! ```
+
+use super::baseline::{Fit, FitFailure};
+use super::confirming::{Refit, refit};
+use super::covariance::Covariance;
+use super::diagnose::{DiagnosisError, linear_evidence};
+use super::effect::Candidate;
+use super::problem::Setup;
+use super::screening::{CONFUSABLE, Screened};
+use super::verdict::SIGNIFICANT;
+use crate::fit::{EvaluationFailure, IterationRecord};
+
+/// Screened effects that are refitted, whether or not one of them explains the gap.
+const LEADERS: usize = 5;
+const QUICK_LEADERS: usize = 2;
+/// Effects that are tried before the cause is called none of these.
+const TRIED: usize = 7;
+/// An effect of which screening expects a smaller part of the gain of another that explains all is not refitted.
+const HOPELESS: f64 = 0.2;
+/// Evidence (twice the logarithm) that a second effect must have in the rest of the best single one.
+const PAIR_GAIN: f64 = 8.0;
+
+/// What all refits share.
+pub struct Search<'a> {
+    /// Engine, measurements, parameters.
+    pub setup: Setup<'a>,
+    /// What was asked about.
+    pub candidates: &'a [Candidate],
+    /// Fit of the plain model.
+    pub plain: &'a Fit,
+    /// Noise.
+    pub covariance: &'a Covariance,
+    /// Largest number of evaluations of a fit.
+    pub evaluations: usize,
+}
+
+impl Search<'_> {
+    /// Refits of `leaders`, best first.
+    ///
+    /// # Errors
+    /// When the user asked to stop.
+    pub fn run(
+        &self,
+        leaders: &[&Screened],
+        quick: bool,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Vec<Refit>, DiagnosisError> {
+        let y = &self.plain.linear.residual;
+        let expected = |s: &Screened| (s.candidate, s.signature.magnitude(y).0);
+        let evidence =
+            |s: &Screened| linear_evidence(&self.candidates[s.candidate], &s.signature, self.plain);
+        // The first is refitted in any case: its signature is that of a finite magnitude, not of the best one.
+        let promising = leaders.iter().enumerate().filter(|(k, s)| *k == 0 || evidence(s) > 0.0);
+        let chosen: Vec<&Screened> = promising.map(|(_, s)| *s).take(TRIED).collect();
+        let count = if quick { QUICK_LEADERS } else { LEADERS }.min(chosen.len());
+        let mut first = chosen[..count].to_vec();
+        if let (Some(leader), false) = (leaders.first(), quick) {
+            let mates = leaders.iter().skip(chosen.len());
+            first.extend(mates.filter(|s| leader.signature.cosine(&s.signature).abs() > CONFUSABLE));
+        }
+        // What the plain model made of its parameters to imitate an effect may be far from what they are with it.
+        let from = [self.setup.parameters.start(), self.plain.x()];
+        let mut refits: Vec<Refit> = Vec::new();
+        for leader in first {
+            let gain = leader.signature.score(y).powi(2);
+            let hopeless = |r: &Refit| explains(r) && gain < HOPELESS * r.gain;
+            if !refits.iter().any(hopeless) {
+                refits.extend(self.refit(&[expected(leader)], from, say)?);
+            }
+        }
+        let best = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        if let Some((best, partner)) = best.and_then(|best| Some((best, self.partner(best, leaders)?))) {
+            let own = best.fit.magnitudes().first().copied().unwrap_or(1.0);
+            let from = [best.fit.x(), self.setup.parameters.start()];
+            let pair = self.refit(&[(best.members[0], own), partner], from, say)?;
+            refits.extend(pair);
+        }
+        // Signatures are those of a plain fit that misses the gap, and the larger the gap, the less they say.
+        for leader in &chosen[count..] {
+            if refits.iter().any(explains) {
+                break;
+            }
+            refits.extend(self.refit(&[expected(leader)], from, say)?);
+        }
+        Ok(refits)
+    }
+
+    /// What the rest of a single effect shows best, and its magnitude.
+    fn partner(&self, single: &Refit, leaders: &[&Screened]) -> Option<(usize, f64)> {
+        let fit = &single.fit;
+        let family = |k: usize| &self.candidates[k].effect.family;
+        let others = leaders.iter().filter(|s| family(s.candidate) != family(single.members[0]));
+        let in_rest = others.map(|s| {
+            let signature = fit.linear.signature(&fit.covariance, &s.change_mn);
+            let evidence = linear_evidence(&self.candidates[s.candidate], &signature, fit);
+            (evidence, s.candidate, signature.magnitude(&fit.linear.residual).0)
+        });
+        let (evidence, candidate, magnitude) = in_rest.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (evidence > PAIR_GAIN).then_some((candidate, magnitude))
+    }
+
+    /// `None` where the model cannot be computed with these effects: that is no competitor.
+    fn refit(
+        &self,
+        members: &[(usize, f64)],
+        from: [&[f64]; 2],
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
+        let names: Vec<&str> = members.iter().map(|(k, _)| self.candidates[*k].name.as_str()).collect();
+        let what = names.join(" and ");
+        let mut watch = |r: &IterationRecord| {
+            say(format!("with {what}, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
+        };
+        match refit(
+            self.setup,
+            self.candidates,
+            members,
+            from,
+            self.plain,
+            self.covariance,
+            self.evaluations,
+            &mut watch,
+        ) {
+            Ok(found) => Ok(Some(found)),
+            Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
+                Err(EvaluationFailure::Interrupted.into())
+            }
+            Err(_) => Ok(None),
+        }
+    }
+}
+
+/// Whether noise alone leaves such a rest.
+fn explains(refit: &Refit) -> bool {
+    refit.adequacy > SIGNIFICANT
+}
