@@ -13,4 +13,5 @@ mod inspect;
 mod interrupted;
 mod own_fmu;
 mod program;
+mod recovery;
 mod third_party;

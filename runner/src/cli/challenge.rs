@@ -156,7 +156,9 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
         let asked = diagnose::Arguments {
             measurements: vec![case.join("P1.csv"), case.join("P2.csv")],
             published: None,
+            resume: false,
             quick: arguments.quick,
+            verbose: false,
             out: scratch.path().to_owned(),
             cache: arguments.cache.clone(),
             fix: vec![],

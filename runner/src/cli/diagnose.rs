@@ -31,14 +31,20 @@ use std::sync::atomic::AtomicBool;
 pub struct Arguments {
     /// Measurements, all explained together: CSV files with time_s,displacement_mm,force_mN; or a directory with
     /// one file per specimen of a test; or NAME=FILE,FILE,...
-    #[arg(value_name = "MEASUREMENT", required_unless_present = "published")]
+    #[arg(value_name = "MEASUREMENT", required_unless_present_any = ["published", "resume"])]
     pub(super) measurements: Vec<PathBuf>,
     /// Instead of curves, published peaks and relaxations of two protocols (a CSV file): what their ratios say
     #[arg(long, value_name = "FILE", conflicts_with = "measurements")]
     pub(super) published: Option<PathBuf>,
+    /// Go on with the diagnosis of the --out directory as it was begun: finished runs are not repeated
+    #[arg(long, conflicts_with_all = ["measurements", "published"])]
+    pub(super) resume: bool,
     /// Screening, and a refit of the two leading effects only
     #[arg(long)]
     pub(super) quick: bool,
+    /// Tell every step on stderr, with the time since the start
+    #[arg(long)]
+    pub(super) verbose: bool,
     /// Directory for diagnosis.json and diagnosis.html
     #[arg(long, short, value_name = "DIR", default_value = "diagnosis")]
     pub(super) out: PathBuf,
@@ -63,6 +69,12 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     if let Some(file) = &arguments.published {
         return ratios_of(file, arguments, stop);
     }
+    let begun = arguments.resume.then(|| begun(&arguments.out)).transpose()?;
+    let arguments = begun.as_deref().unwrap_or(arguments);
+    if begun.is_none() {
+        let words: Vec<String> = std::env::args().collect();
+        write_file(&arguments.out.join(COMMAND), &serde_json::to_vec_pretty(&words)?)?;
+    }
     let Some(diagnosis) = diagnosis_of(arguments, stop)? else { return Ok(Ending::Interrupted) };
     say!("{}", table(&diagnosis));
     let json = serde_json::to_string_pretty(&diagnosis)?;
@@ -70,6 +82,20 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     write_file(&arguments.out.join("diagnosis.html"), page(&diagnosis).as_bytes())?;
     say!("wrote diagnosis.json and diagnosis.html to {}", arguments.out.display());
     Ok(Ending::Complete)
+}
+
+/// File of the command line that a diagnosis was begun with.
+const COMMAND: &str = "command.json";
+
+/// The arguments that the diagnosis of a directory was begun with.
+fn begun(directory: &Path) -> Result<Box<Arguments>, String> {
+    let file = directory.join(COMMAND);
+    let words = std::fs::read(&file).map_err(|e| {
+        format!("{} has no diagnosis to resume ({e}); name the measurements instead", directory.display())
+    })?;
+    let damaged = |e: String| format!("{}: {e}; begin anew without --resume", file.display());
+    let words: Vec<String> = serde_json::from_slice(&words).map_err(|e| damaged(e.to_string()))?;
+    super::diagnose_arguments(&words).ok_or_else(|| damaged("no command line of a diagnosis".to_owned()))
 }
 
 /// What published ratios say beside the model's own effect of the rate.
@@ -132,13 +158,11 @@ pub fn diagnosis_of(
 
     let progress = Progress::of_fit(0);
     let effort = Effort { quick: arguments.quick, evaluations: arguments.max_evaluations };
-    let verbose = std::env::var_os("PP_DBG").is_some();
-    let t0 = std::time::Instant::now();
     let mut say = |what: String| {
-        if verbose {
-            eprintln!("{:.1} {what}", t0.elapsed().as_secs_f64())
-        };
-        progress.show(0, what)
+        if arguments.verbose {
+            eprintln!("{:.1} s: {what}", started.elapsed().as_secs_f64());
+        }
+        progress.show(0, what);
     };
     let found = diagnose(&engine, observations, &parameters, height, effort, &mut say);
     progress.finish();

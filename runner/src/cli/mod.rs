@@ -105,6 +105,14 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// Arguments of a diagnosis in a command line that was kept.
+fn diagnose_arguments(words: &[String]) -> Option<Box<diagnose::Arguments>> {
+    match Cli::try_parse_from(words).ok()?.command {
+        Command::Diagnose(arguments) => Some(arguments),
+        _ => None,
+    }
+}
+
 /// The first Ctrl-C asks to stop; the second ends the program at once.
 fn stop_on_ctrl_c(stop: &Arc<AtomicBool>) {
     let stop = Arc::clone(stop);

@@ -8,6 +8,7 @@ use super::problem::{Setup, is_continuous};
 use super::screening::Family;
 use super::something_else::{SomethingElse, something_else};
 use crate::fit::IterationRecord;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A model with one or more effects, refitted.
 #[derive(Debug, Clone)]
@@ -61,10 +62,23 @@ pub fn refit(
     Ok(Refit { members, fit: found, evidence, gain, remainder, adequacy })
 }
 
-/// Family-wise probability of the worst misfit of any phase or time scale under noise.
+/// Probability under noise of the worst misfit of any phase or time scale, or of the whole chi^2: the smaller of both, family-wise.
 pub fn adequacy(setup: Setup, fit: &Fit) -> f64 {
     let spots = spots(setup.observations, &fit.linear, &fit.covariance);
     let signatures: Vec<_> = spots.iter().map(|s| &s.signature).collect();
     let worst = signatures.iter().map(|s| s.score(&fit.linear.residual).abs()).fold(0.0, f64::max);
-    Family::new(&signatures, &vec![false; signatures.len()], 3).probability(worst)
+    let local = Family::new(&signatures, &vec![false; signatures.len()], 3).probability(worst);
+    (2.0 * local.min(whole(fit))).min(1.0)
+}
+
+/// Probability under noise of so large a chi^2: of as many degrees of freedom as points, since variables have as many rows of
+/// prior knowledge.
+pub fn whole(fit: &Fit) -> f64 {
+    // A distribution of at least one degree of freedom exists.
+    ChiSquared::new(fit.gap_mn.len() as f64).map_or(1.0, |d| d.sf(fit.solution.chi_square))
+}
+
+/// chi^2 beyond what noise gives.
+pub fn excess(fit: &Fit) -> f64 {
+    (fit.solution.chi_square - fit.gap_mn.len() as f64).max(0.0)
 }

@@ -2,7 +2,7 @@
 
 use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
 use super::catalogue::{LeftOut, effects};
-use super::confirming::Refit;
+use super::confirming::{Refit, excess, whole};
 use super::covariance::{NoiseModel, noise_model};
 use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
 use super::held_out::{Split, splits};
@@ -76,6 +76,8 @@ pub struct Findings {
     pub decision: Decision,
 }
 
+/// A chi^2 that noise exceeds more seldom is a gap, wherever it is.
+const FLAGRANT: f64 = 1e-4;
 /// Starts of the plain fit beside the user's.
 const STARTS: usize = 3;
 
@@ -105,7 +107,9 @@ pub fn diagnose(
     screened.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
     let spots = spots(&observations, &plain.linear, covariance);
     let (family, largest) = family(&screened, &spots, &candidates, &plain);
-    let probability = family.probability(largest);
+    // Noise that is not quite white raises chi^2 a little: that alone is no gap.
+    let misfit = Some(whole(&plain)).filter(|p| *p < FLAGRANT);
+    let probability = family.probability(largest).min(misfit.unwrap_or(1.0));
     let something_else = something_else(&observations, &plain.linear, covariance);
     let threshold = family.threshold(SIGNIFICANT);
     let testable =
@@ -126,6 +130,7 @@ pub fn diagnose(
         refits: &refits,
         something_else: something_else.evidence,
         gap: something_else.explained,
+        excess: excess(&plain),
         alike: &alike,
         accepted: &accepted,
     });
@@ -205,18 +210,19 @@ fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain
 
 /// Twice the log evidence of an effect from its signature alone.
 pub fn linear_evidence(candidate: &Candidate, signature: &Signature, plain: &Fit) -> f64 {
-    let y = &plain.linear.residual;
-    match candidate.effect.sign {
-        // On or off: the likelihood ratio at magnitude 1.
-        Sign::Switch => signature.gain_of_one(y),
-        sign => signature.evidence(y, PRIOR_DEVIATION, sign == Sign::Positive),
-    }
+    // A switch, too, is given a magnitude: what is linear at the plain fit is not where the switch is on.
+    let one_sided = candidate.effect.sign != Sign::Either;
+    signature.evidence(&plain.linear.residual, PRIOR_DEVIATION, one_sided)
 }
+
+/// Largest size that a signature may ask for, over the largest that is admissible: at a finite magnitude it is not linear, and
+/// the refit keeps to what is admissible.
+const NONLINEAR: f64 = 4.0;
 
 /// Whether an effect of its plausible scale would pass the threshold in half of all cases, or one of an admissible size does.
 pub fn is_testable(candidate: &Candidate, signature: &Signature, score: f64, threshold: f64) -> bool {
     let size = score.abs() / signature.strength();
-    let passes = candidate.one_sided(score) >= threshold && size <= candidate.effect.largest;
+    let passes = candidate.one_sided(score) >= threshold && size <= NONLINEAR * candidate.effect.largest;
     signature.strength() >= threshold || (passes && is_continuous(candidate))
 }
 

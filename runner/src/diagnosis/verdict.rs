@@ -4,7 +4,7 @@
 //! evidence says. Then models compete: every single effect, the refitted pairs, and something else. An effect that
 //! leaves a significant rest is no answer unless the rest is a small part of the gap.
 
-use super::confirming::Refit;
+use super::confirming::{Refit, excess};
 use super::result::Kind;
 
 /// Family-wise probability below which there is a gap.
@@ -31,6 +31,8 @@ pub struct Evidence<'a> {
     pub something_else: f64,
     /// Squared size of the smooth gap of the plain model, in units of the noise.
     pub gap: f64,
+    /// chi^2 of the plain model beyond what noise gives.
+    pub excess: f64,
     /// Whether two candidates look alike.
     pub alike: &'a dyn Fn(usize, usize) -> bool,
     /// Whether the held-out data accept a model; `None` where they cannot tell.
@@ -63,7 +65,13 @@ fn weight(refit: &Refit) -> f64 {
 /// Decides.
 pub fn decide(e: &Evidence) -> Decision {
     let mut weights: Vec<f64> = e.refits.iter().map(weight).collect();
-    weights.push(e.something_else - ELSE_PENALTY);
+    // Where a single effect leaves nothing but noise, something else cannot be more likely: a smooth error of any shape
+    // fits whatever an effect of an unexpected size does.
+    let adequate =
+        weights.iter().zip(e.refits).filter(|(_, r)| r.adequacy > SIGNIFICANT && r.members.len() == 1);
+    let bound = adequate.map(|(w, _)| *w).fold(f64::NEG_INFINITY, f64::max);
+    let elsewhere = e.something_else - ELSE_PENALTY;
+    weights.push(if bound.is_finite() { elsewhere.min(bound) } else { elsewhere });
     let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let shares: Vec<f64> = weights.iter().map(|w| (0.5 * (w - top)).exp()).collect();
     let sum: f64 = shares.iter().sum();
@@ -80,14 +88,15 @@ pub fn decide(e: &Evidence) -> Decision {
         return decision(Kind::NoGap, vec![], None, 0.5 + 0.5 * e.probability.sqrt());
     }
     let explains = |r: &Refit| {
-        (r.adequacy > INADEQUATE || r.remainder.explained < REST * REST * e.gap)
-            && (e.accepted)(r) != Some(false)
+        let rest_is_small =
+            r.remainder.explained < REST * REST * e.gap && excess(&r.fit) < REST * REST * e.excess;
+        (r.adequacy > INADEQUATE || rest_is_small) && (e.accepted)(r) != Some(false)
     };
     let mut order: Vec<usize> = (0..e.refits.len()).collect();
     order.sort_by(|a, b| weights[*b].total_cmp(&weights[*a]));
     let elsewhere = weights[e.refits.len()];
     let elsewhere_share = probabilities[e.refits.len()];
-    let best = order.iter().copied().find(|&k| explains(&e.refits[k]) && weights[k] > elsewhere);
+    let best = order.iter().copied().find(|&k| explains(&e.refits[k]) && weights[k] >= elsewhere);
     let Some(best) = best else {
         let explained: f64 =
             order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();

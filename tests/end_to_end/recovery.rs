@@ -1,0 +1,224 @@
+//! Each effect of the catalogue is recovered from a synthetic case of its own.
+//!
+//! Set-up: the model itself with the effect, coarse mesh, a fast ramp and 10 s of hold (200 s for slow effects, a withdrawal for
+//! adhesion), white noise of 0.02 mN; all parameters but the equilibrium modulus are known, as after a calibration, so that
+//! effects are told that a free fit would absorb. Reference: what was put in. Tolerance: the effect is named, alone or in a
+//! group of at most three; its size within 4 deviations and a tenth.
+
+use crate::program::{column, directory, json, succeed, text};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Parameters that are known.
+const KNOWN: [&str; 8] = [
+    "material.permeability",
+    "material.equilibrium.alpha",
+    "material.branch[1].mu",
+    "material.branch[1].alpha",
+    "material.branch[1].eta",
+    "material.branch[2].mu",
+    "material.branch[2].alpha",
+    "material.branch[2].eta",
+];
+const DEPTH_MM: f64 = 1.0;
+const NOISE_MN: f64 = 0.02;
+
+/// What follows the ramp.
+#[derive(Clone, Copy, PartialEq)]
+enum Then {
+    Hold,
+    LongHold,
+    Withdrawal,
+}
+
+/// Motion of a test: from 0.1 mm above the surface, and what follows.
+fn motion(speed_mm_per_s: f64, then: Then) -> String {
+    let ramp_s = (0.1 + DEPTH_MM) / speed_mm_per_s;
+    let (hold_s, step_s) = if then == Then::LongHold { (200.0, 2.0) } else { (10.0, 0.1) };
+    let mut corners = vec![(0.0, -0.1), (ramp_s, DEPTH_MM), (ramp_s + hold_s, DEPTH_MM)];
+    if then == Then::Withdrawal {
+        corners.push((2.0 * ramp_s + hold_s, -0.1));
+        corners.push((2.0 * ramp_s + 1.2 * hold_s, -0.1));
+    }
+    let mut text = "time_s,displacement_mm\n0,-0.1\n".to_owned();
+    for leg in corners.windows(2) {
+        let ((from, a), (to, b)) = (leg[0], leg[1]);
+        let parts = if a == b { ((to - from) / step_s).round() } else { 40.0 };
+        for k in 1..=parts as u32 {
+            let x = f64::from(k) / parts;
+            let _ = writeln!(text, "{:.5},{:.6}", from + x * (to - from), a + x * (b - a));
+        }
+    }
+    text
+}
+
+/// Sums of twelve uniform numbers of a linear congruence: normal enough, and the same everywhere.
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// A measurement of a test: the model's force with noise.
+fn measured(folder: &Path, name: &str, motion: &str, set: &[&str]) -> PathBuf {
+    let (moves, base) = (folder.join(format!("{name}.motion.csv")), folder.join(format!("{name}.simulated")));
+    std::fs::write(&moves, motion).unwrap();
+    let mut arguments = vec!["simulate", text(&moves), "--mesh", "coarse", "--out", text(&base)];
+    set.iter().for_each(|s| arguments.extend(["--set", s]));
+    succeed(&arguments);
+    let simulated = base.with_extension("simulated.csv");
+    let mut normal = noise(name.len() as u64 + 7);
+    let mut rows = "time_s,displacement_mm,force_mN\n".to_owned();
+    let columns = ["time_s", "displacement_mm", "force_mN"].map(|c| column(&simulated, c));
+    for ((t, d), f) in columns[0].iter().zip(&columns[1]).zip(&columns[2]) {
+        let _ = writeln!(rows, "{t},{d},{:.5}", f + NOISE_MN * normal());
+    }
+    let file = folder.join(format!("{name}.csv"));
+    std::fs::write(&file, rows).unwrap();
+    file
+}
+
+/// A gel whose skeleton gives way and that water leaves within seconds: there drainage matters.
+const DRAINING: [&str; 2] = ["material.lambda_star=1e3", "material.permeability=1e-7mm^2"];
+
+/// Diagnoses tests of which each has its own settings beside those of all; `size` is the magnitude that was put in, in plausible
+/// scales, where the effect has one.
+fn recovers(effect: &str, size: Option<f64>, then: Then, all: &[&str], tests: &[&[&str]]) {
+    let d = directory();
+    let motion = motion(2.0, then);
+    let file =
+        |(k, own): (usize, &&[&str])| measured(d.path(), &format!("test{k}"), &motion, &[all, own].concat());
+    let files: Vec<PathBuf> = tests.iter().enumerate().map(file).collect();
+    let mut arguments = vec!["diagnose"];
+    arguments.extend(files.iter().map(|f| text(f)));
+    arguments.extend(["--mesh", "coarse", "--quick", "--out", text(d.path())]);
+    let known = |set: &str| KNOWN.iter().any(|name| set.split('=').next() == Some(*name));
+    let given = |name: &str| all.iter().copied().find(|set| set.split('=').next() == Some(name));
+    all.iter().filter(|set| !known(set)).for_each(|set| arguments.extend(["--set", set]));
+    KNOWN.iter().for_each(|name| arguments.extend(["--fix", given(name).unwrap_or(name)]));
+    let printed = succeed(&arguments);
+    let found = json(&d.path().join("diagnosis.json"));
+    let named: Vec<&str> =
+        found["verdict"]["effects"].as_array().unwrap().iter().filter_map(|e| e.as_str()).collect();
+    assert!(named.len() <= 3 && named.iter().any(|n| n.starts_with(effect)), "{printed}");
+    let Some(size) = size else { return };
+    let is_it =
+        |m: &&serde_json::Value| m["effects"].as_array().is_some_and(|e| e.len() == 1 && e[0] == named[0]);
+    let model = found["models"].as_array().unwrap().iter().find(is_it).unwrap();
+    if named[0].starts_with(effect) {
+        let (m, s) =
+            (model["magnitudes"][0][0].as_f64().unwrap(), model["magnitudes"][0][1].as_f64().unwrap());
+        assert!(
+            (m - size).abs() < (4.0 * s).max(0.1 * size.abs()),
+            "{m} +- {s} instead of {size}\n{printed}"
+        );
+    }
+}
+
+#[test]
+fn third_branch() {
+    recovers(
+        "third_branch",
+        Some(2.0),
+        Then::Hold,
+        &[],
+        &[&["material.branch[3].mu=-80", "material.branch[3].eta=1.2e4"]],
+    );
+}
+
+#[test]
+fn eyring() {
+    recovers("eyring", Some(7.0), Then::Hold, &[], &[&["effect.eyring.inverse_stress=3.5e-2"]]);
+}
+
+#[test]
+fn permeability() {
+    recovers("permeability", None, Then::Hold, &DRAINING, &[&["effect.permeability.exponent=40"]]);
+}
+
+#[test]
+fn lambda_star() {
+    recovers("lambda_star", Some(1.0), Then::Hold, &DRAINING[1..], &[&["material.lambda_star=2e3"]]);
+}
+
+#[test]
+fn softening() {
+    recovers("softening", Some(1.0), Then::Hold, &[], &[&["effect.softening.loss=0.3"]]);
+}
+
+#[test]
+fn modulus_drift() {
+    recovers("modulus_drift", None, Then::LongHold, &[], &[&["effect.modulus_drift.rate=8e-4"]]);
+}
+
+#[test]
+fn slip() {
+    recovers("slip", None, Then::Hold, &[], &[&["boundary.bonded_punch=false"]]);
+}
+
+#[test]
+fn drained_punch() {
+    recovers("drained_punch", None, Then::Hold, &DRAINING, &[&["boundary.drained_punch=true"]]);
+}
+
+#[test]
+fn drainage() {
+    recovers(
+        "drainage",
+        None,
+        Then::Hold,
+        &[&DRAINING[..], &["geometry.sample_height=4mm"]].concat(),
+        &[&["boundary.drained_bottom=false"]],
+    );
+}
+
+#[test]
+fn adhesion() {
+    recovers("adhesion", None, Then::Withdrawal, &[], &[&["effect.adhesion.strength=200"]]);
+}
+
+#[test]
+fn offset() {
+    recovers("offset", Some(1.0), Then::Hold, &[], &[&["effect.offset.height=5e-5"]]);
+}
+
+#[test]
+fn amplitude() {
+    recovers("amplitude", Some(1.0), Then::Hold, &[], &[&[], &["effect.amplitude.log_factor=0.2"]]);
+}
+
+#[test]
+fn compliance() {
+    recovers("compliance", Some(2.0), Then::Hold, &[], &[&["effect.compliance.per_newton=4e-3"]]);
+}
+
+#[test]
+fn load_cell_drift() {
+    recovers("load_cell_drift", Some(5.0), Then::LongHold, &[], &[&["effect.load_cell_drift.rate=1e-5"]]);
+}
+
+#[test]
+fn load_cell_lag() {
+    recovers("load_cell_lag", Some(2.0), Then::Hold, &[], &[&["effect.load_cell_lag.time=0.1"]]);
+}
+
+#[test]
+fn specimen_size() {
+    recovers(
+        "specimen_size",
+        None,
+        Then::Hold,
+        &[],
+        &[&["geometry.sample_radius=15mm", "geometry.sample_height=15mm"]],
+    );
+}
+
+#[test]
+fn traction() {
+    recovers("discretisation", None, Then::Hold, &[], &[&["effect.discretisation.traction=true"]]);
+}
