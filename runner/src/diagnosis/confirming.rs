@@ -1,11 +1,11 @@
 //! Refits of the model with effects, and their evidence against each other, no gap, and something else.
 
 use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
-use super::covariance::Covariance;
 use super::effect::Candidate;
 use super::location::spots;
 use super::problem::{Setup, is_continuous};
 use super::screening::Family;
+use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
 use crate::fit::IterationRecord;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -33,15 +33,12 @@ pub struct Refit {
 /// # Errors
 /// When the model fails with these effects, or the user asked to stop.
 pub fn refit(
-    setup: Setup,
-    candidates: &[Candidate],
+    search: &Search,
     members: &[(usize, f64)],
     from: [&[f64]; 2],
-    plain: &Fit,
-    covariance: &Covariance,
-    evaluations: usize,
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
+    let &Search { setup, candidates, plain, covariance, evaluations } = search;
     let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
     let mut starts = from.map(<[f64]>::to_vec).to_vec();
     for ((_, magnitude), candidate) in members.iter().zip(&active) {

@@ -117,16 +117,7 @@ impl Search<'_> {
         let mut watch = |r: &IterationRecord| {
             say(format!("with {what}, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
         };
-        match refit(
-            self.setup,
-            self.candidates,
-            members,
-            from,
-            self.plain,
-            self.covariance,
-            self.evaluations,
-            &mut watch,
-        ) {
+        match refit(self, members, from, &mut watch) {
             Ok(found) => Ok(Some(found)),
             Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
                 Err(EvaluationFailure::Interrupted.into())
