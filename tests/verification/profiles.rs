@@ -347,6 +347,15 @@ fn refusals() {
     assert!(contradiction(|p| p.indenter.cone_half_angle = 1.2));
     assert!(contradiction(|p| {
         p.indenter.profile = IndenterProfile::Sphere;
+        p.indenter.edge_radius = 1e-4;
+    }));
+    assert!(contradiction(|p| {
+        p.indenter.edge_radius = 1e-4;
+        p.mesh.divisions = 3;
+    }));
+    assert!(range(|p| p.indenter.edge_radius = 1.01 * p.geometry.punch_radius));
+    assert!(contradiction(|p| {
+        p.indenter.profile = IndenterProfile::Sphere;
         p.mesh.divisions = 3;
     }));
     assert!(range(|p| {

@@ -89,12 +89,14 @@ mod tests {
                 approx::assert_relative_eq!(
                     face.slope,
                     (up.height - down.height) / (2.0 * e),
-                    epsilon = 1e-8
+                    epsilon = 1e-8,
+                    max_relative = 1e-7
                 );
                 approx::assert_relative_eq!(
                     face.curvature,
                     (up.slope - down.slope) / (2.0 * e),
-                    epsilon = 1e-8
+                    epsilon = 1e-8,
+                    max_relative = 1e-7
                 );
             }
         }
