@@ -153,7 +153,7 @@ fn softening() {
 
 #[test]
 fn modulus_drift() {
-    recovers("modulus_drift", None, Then::LongHold, &[], &[&["effect.modulus_drift.rate=8e-4"]]);
+    recovers("modulus_drift", None, Then::LongHold, &[], &[&["effect.modulus_drift.rate=4e-4"]]);
 }
 
 #[test]
