@@ -9,17 +9,8 @@ use crate::program::{column, directory, json, succeed, text};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Parameters that are known.
-const KNOWN: [&str; 8] = [
-    "material.permeability",
-    "material.equilibrium.alpha",
-    "material.branch[1].mu",
-    "material.branch[1].alpha",
-    "material.branch[1].eta",
-    "material.branch[2].mu",
-    "material.branch[2].alpha",
-    "material.branch[2].eta",
-];
+/// The parameter that is fitted.
+const UNKNOWN: &str = "material.equilibrium.mu";
 const DEPTH_MM: f64 = 1.0;
 const NOISE_MN: f64 = 0.02;
 
@@ -97,10 +88,13 @@ fn recovers(effect: &str, size: Option<f64>, then: Then, all: &[&str], tests: &[
     let mut arguments = vec!["diagnose"];
     arguments.extend(files.iter().map(|f| text(f)));
     arguments.extend(["--mesh", "coarse", "--quick", "--out", text(d.path())]);
-    let known = |set: &str| KNOWN.iter().any(|name| set.split('=').next() == Some(*name));
-    let given = |name: &str| all.iter().copied().find(|set| set.split('=').next() == Some(name));
-    all.iter().filter(|set| !known(set)).for_each(|set| arguments.extend(["--set", set]));
-    KNOWN.iter().for_each(|name| arguments.extend(["--fix", given(name).unwrap_or(name)]));
+    let free = poropunch::variables::identifiable().filter(|(_, i)| i.free).map(|(v, _)| v.name);
+    let known: Vec<&str> = free.filter(|name| *name != UNKNOWN).collect();
+    let is_of = |set: &str, name: &str| set.split('=').next() == Some(name);
+    let given = |name: &str| all.iter().copied().find(|set| is_of(set, name));
+    let others = all.iter().filter(|set| !known.iter().any(|name| is_of(set, name)));
+    others.for_each(|set| arguments.extend(["--set", set]));
+    known.iter().for_each(|name| arguments.extend(["--fix", given(name).unwrap_or(name)]));
     let printed = succeed(&arguments);
     let found = json(&d.path().join("diagnosis.json"));
     let named: Vec<&str> =

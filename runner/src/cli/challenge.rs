@@ -1,6 +1,6 @@
 //! `runner challenge`: cases whose cause the diagnosis does not know.
 
-use super::diagnose::{self, diagnosis_of};
+use super::diagnose::{self, diagnosis_of, tests_of};
 use super::engine_args::EngineArguments;
 use super::progress::Progress;
 use super::{CliResult, Ending};
@@ -166,7 +166,9 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
             max_evaluations: arguments.max_evaluations,
             engine: arguments.engine.clone(),
         };
-        let Some(diagnosis) = diagnosis_of(&asked, stop)? else { return Ok(Ending::Interrupted) };
+        let Some(diagnosis) = diagnosis_of(&asked, tests_of(&asked)?, stop)? else {
+            return Ok(Ending::Interrupted);
+        };
         write_file(&file, &serde_json::to_vec(&diagnosis)?)?;
         say!("{id}: {} ({:.0} s)", diagnosis.verdict.text, diagnosis.seconds);
     }

@@ -4,7 +4,7 @@ use super::engine_args::{EngineArguments, show_notes};
 use super::identify::sample_height;
 use super::progress::Progress;
 use super::{CliResult, Ending};
-use crate::data::{SpecimenFiles, Synchronised, Wanted};
+use crate::data::{DataError, SpecimenFiles, Synchronised, Wanted};
 use crate::diagnosis::baseline::FitFailure;
 use crate::diagnosis::diagnose::{DiagnosisError, Effort, diagnose};
 use crate::diagnosis::observation::observe;
@@ -71,11 +71,12 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     }
     let begun = arguments.resume.then(|| begun(&arguments.out)).transpose()?;
     let arguments = begun.as_deref().unwrap_or(arguments);
+    let tests = tests_of(arguments)?;
     if begun.is_none() {
         let words: Vec<String> = std::env::args().collect();
         write_file(&arguments.out.join(COMMAND), &serde_json::to_vec_pretty(&words)?)?;
     }
-    let Some(diagnosis) = diagnosis_of(arguments, stop)? else { return Ok(Ending::Interrupted) };
+    let Some(diagnosis) = diagnosis_of(arguments, tests, stop)? else { return Ok(Ending::Interrupted) };
     say!("{}", table(&diagnosis));
     let json = serde_json::to_string_pretty(&diagnosis)?;
     write_file(&arguments.out.join("diagnosis.json"), json.as_bytes())?;
@@ -128,17 +129,25 @@ fn ratios_of(file: &Path, arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliR
     Ok(Ending::Complete)
 }
 
-/// The diagnosis that is asked for; `None` when the user stopped it.
+/// The measurements that are asked about.
 ///
 /// # Errors
-/// When a file cannot be used, or the model fails.
+/// When a file cannot be used.
+pub fn tests_of(arguments: &Arguments) -> Result<Vec<Synchronised>, DataError> {
+    let read = |argument: &PathBuf| SpecimenFiles::of(argument)?.read(Wanted::MotionAndForce);
+    arguments.measurements.iter().map(read).collect()
+}
+
+/// The diagnosis of some tests; `None` when the user stopped it.
+///
+/// # Errors
+/// When a measurement cannot be used, or the model fails.
 pub fn diagnosis_of(
     arguments: &Arguments,
+    tests: Vec<Synchronised>,
     stop: &Arc<AtomicBool>,
 ) -> Result<Option<Diagnosis>, Box<dyn std::error::Error>> {
     let started = std::time::Instant::now();
-    let read = |argument: &PathBuf| SpecimenFiles::of(argument)?.read(Wanted::MotionAndForce);
-    let tests = arguments.measurements.iter().map(read).collect::<Result<Vec<Synchronised>, _>>()?;
     let command = std::env::args().collect::<Vec<_>>().join(" ");
     let options = Options { contact_threshold_n: CONTACT_N, water: None, command: command.clone() };
     let inspection = examine(&tests, &options)?;

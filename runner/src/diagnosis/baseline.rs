@@ -37,7 +37,7 @@ const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
 /// With some hundred points, an iteration that lowers chi^2 by this part changes it by a tenth or so.
 pub const FINAL: f64 = 1e-3;
 /// An iteration that lowers chi^2 by a smaller part ends a first fit.
-pub const ROUGH: f64 = 3e-2;
+const ROUGH: f64 = 3e-2;
 /// A rough fit with this chi^2 per point is near the best: no further start is tried.
 const ENOUGH: f64 = 1.1;
 /// Relative accuracy of the Jacobian.

@@ -7,6 +7,7 @@ use super::problem::{Setup, is_continuous};
 use super::screening::Family;
 use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
+use super::verdict::SIGNIFICANT;
 use crate::fit::IterationRecord;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -25,6 +26,13 @@ pub struct Refit {
     pub remainder: SomethingElse,
     /// Family-wise probability that noise alone leaves such a residual.
     pub adequacy: f64,
+}
+
+impl Refit {
+    /// Whether noise alone leaves such a rest.
+    pub fn leaves_noise(&self) -> bool {
+        self.adequacy > SIGNIFICANT
+    }
 }
 
 /// Refits with the candidates `members`, starting at `from` (variables of the parameters) and expected magnitudes: the

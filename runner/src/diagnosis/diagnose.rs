@@ -4,7 +4,7 @@ use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
 use super::catalogue::{LeftOut, effects};
 use super::confirming::{Refit, excess, whole};
 use super::covariance::{NoiseModel, noise_model};
-use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
+use super::effect::{Candidate, PRIOR_DEVIATION};
 use super::held_out::{Split, splits};
 use super::location::{Spot, spots};
 use super::observation::Observation;
@@ -108,8 +108,9 @@ pub fn diagnose(
     let spots = spots(&observations, &plain.linear, covariance);
     let (family, largest) = family(&screened, &spots, &candidates, &plain);
     // Noise that is not quite white raises chi^2 a little: that alone is no gap.
-    let misfit = Some(whole(&plain)).filter(|p| *p < FLAGRANT);
-    let probability = family.probability(largest).min(misfit.unwrap_or(1.0));
+    let misfit = whole(&plain);
+    let local = family.probability(largest);
+    let probability = if misfit < FLAGRANT { local.min(misfit) } else { local };
     let something_else = something_else(&observations, &plain.linear, covariance);
     let threshold = family.threshold(SIGNIFICANT);
     let testable =
@@ -192,11 +193,10 @@ fn baseline(
 fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain: &Fit) -> (Family, f64) {
     let y = &plain.linear.residual;
     let mut signatures: Vec<&Signature> = screened.iter().map(|s| &s.signature).collect();
-    let mut one_sided: Vec<bool> =
-        screened.iter().map(|s| candidates[s.candidate].effect.sign != Sign::Either).collect();
+    let mut one_sided: Vec<bool> = screened.iter().map(|s| candidates[s.candidate].is_one_sided()).collect();
     for s in screened {
         signatures.extend(&s.other);
-        one_sided.resize(signatures.len(), candidates[s.candidate].effect.sign != Sign::Either);
+        one_sided.resize(signatures.len(), candidates[s.candidate].is_one_sided());
     }
     signatures.extend(spots.iter().map(|s| &s.signature));
     one_sided.resize(signatures.len(), false);
@@ -211,8 +211,7 @@ fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain
 /// Twice the log evidence of an effect from its signature alone.
 pub fn linear_evidence(candidate: &Candidate, signature: &Signature, plain: &Fit) -> f64 {
     // A switch, too, is given a magnitude: what is linear at the plain fit is not where the switch is on.
-    let one_sided = candidate.effect.sign != Sign::Either;
-    signature.evidence(&plain.linear.residual, PRIOR_DEVIATION, one_sided)
+    signature.evidence(&plain.linear.residual, PRIOR_DEVIATION, candidate.is_one_sided())
 }
 
 /// Largest size that a signature may ask for, over the largest that is admissible: at a finite magnitude it is not linear, and

@@ -136,9 +136,14 @@ impl Candidate {
         }
     }
 
+    /// Whether only positive magnitudes mean something.
+    pub fn is_one_sided(&self) -> bool {
+        self.effect.sign != Sign::Either
+    }
+
     /// The score as evidence for the effect: negative magnitudes of a positive effect are none.
     pub fn one_sided(&self, score: f64) -> f64 {
-        if self.effect.sign == Sign::Either { score.abs() } else { score.max(0.0) }
+        if self.is_one_sided() { score.max(0.0) } else { score.abs() }
     }
 }
 

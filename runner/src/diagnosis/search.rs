@@ -13,7 +13,6 @@ use super::diagnose::{DiagnosisError, linear_evidence};
 use super::effect::Candidate;
 use super::problem::Setup;
 use super::screening::{CONFUSABLE, Screened};
-use super::verdict::SIGNIFICANT;
 use crate::fit::{EvaluationFailure, IterationRecord};
 
 /// Screened effects that are refitted, whether or not one of them explains the gap.
@@ -69,7 +68,7 @@ impl Search<'_> {
         let mut refits: Vec<Refit> = Vec::new();
         for leader in first {
             let gain = leader.signature.score(y).powi(2);
-            let hopeless = |r: &Refit| explains(r) && gain < HOPELESS * r.gain;
+            let hopeless = |r: &Refit| r.leaves_noise() && gain < HOPELESS * r.gain;
             if !refits.iter().any(hopeless) {
                 refits.extend(self.refit(&[expected(leader)], from, say)?);
             }
@@ -83,7 +82,7 @@ impl Search<'_> {
         }
         // Signatures are those of a plain fit that misses the gap, and the larger the gap, the less they say.
         for leader in &chosen[count..] {
-            if refits.iter().any(explains) {
+            if refits.iter().any(Refit::leaves_noise) {
                 break;
             }
             refits.extend(self.refit(&[expected(leader)], from, say)?);
@@ -125,9 +124,4 @@ impl Search<'_> {
             Err(_) => Ok(None),
         }
     }
-}
-
-/// Whether noise alone leaves such a rest.
-fn explains(refit: &Refit) -> bool {
-    refit.adequacy > SIGNIFICANT
 }

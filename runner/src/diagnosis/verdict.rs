@@ -67,11 +67,10 @@ pub fn decide(e: &Evidence) -> Decision {
     let mut weights: Vec<f64> = e.refits.iter().map(weight).collect();
     // Where a single effect leaves nothing but noise, something else cannot be more likely: a smooth error of any shape
     // fits whatever an effect of an unexpected size does.
-    let adequate =
-        weights.iter().zip(e.refits).filter(|(_, r)| r.adequacy > SIGNIFICANT && r.members.len() == 1);
-    let bound = adequate.map(|(w, _)| *w).fold(f64::NEG_INFINITY, f64::max);
-    let elsewhere = e.something_else - ELSE_PENALTY;
-    weights.push(if bound.is_finite() { elsewhere.min(bound) } else { elsewhere });
+    let adequate = weights.iter().zip(e.refits).filter(|(_, r)| r.leaves_noise() && r.members.len() == 1);
+    let bound = adequate.map(|(w, _)| *w).reduce(f64::max).unwrap_or(f64::INFINITY);
+    let elsewhere = bound.min(e.something_else - ELSE_PENALTY);
+    weights.push(elsewhere);
     let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let shares: Vec<f64> = weights.iter().map(|w| (0.5 * (w - top)).exp()).collect();
     let sum: f64 = shares.iter().sum();
@@ -94,7 +93,6 @@ pub fn decide(e: &Evidence) -> Decision {
     };
     let mut order: Vec<usize> = (0..e.refits.len()).collect();
     order.sort_by(|a, b| weights[*b].total_cmp(&weights[*a]));
-    let elsewhere = weights[e.refits.len()];
     let elsewhere_share = probabilities[e.refits.len()];
     let best = order.iter().copied().find(|&k| explains(&e.refits[k]) && weights[k] >= elsewhere);
     let Some(best) = best else {

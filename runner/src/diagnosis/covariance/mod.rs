@@ -65,17 +65,6 @@ pub fn noise_model(observations: &[Observation], reference_mn: &[f64], refined: 
     NoiseModel { covariance, tests, same_specimens: same }
 }
 
-/// For a first fit, of which only the computed force is used: white noise and this part of the force at each point.
-pub fn rough_covariance(observations: &[Observation]) -> Covariance {
-    const PART: f64 = 0.01;
-    let sigma = |o: &Observation| {
-        let force = DVector::from_vec(o.force_mn());
-        let white = test_noise(o, &force).white_mn;
-        white.zip_map(&force, |w, f| w.hypot(PART * f)).as_slice().to_vec()
-    };
-    Covariance::new(DVector::from_vec(observations.iter().flat_map(sigma).collect()), vec![])
-}
-
 /// A test's error among the points of all tests.
 fn embed(common: Common, before: usize, total: usize) -> Common {
     let mut shape_mn = DVector::zeros(total);
