@@ -4,7 +4,7 @@ use poropunch::parameters::{
     BoundaryParameters, BranchParameters, GeometryParameters, MaterialParameters, OgdenParameters,
 };
 use poropunch::protocol::Protocol;
-use poropunch::{Instance, Model, Outputs, Parameters};
+use poropunch::{Instance, Model, Outputs, Parameters, StepError};
 
 /// Depth of the paper's protocols (m).
 pub const DEPTH: f64 = 1e-3;
@@ -36,6 +36,18 @@ pub fn load_and_hold(parameters: &Parameters, rate: f64, times_s: &[f64]) -> Vec
 
 /// Results (with their times, s) at `per_leg` times of each leg of a protocol, from its first point on.
 pub fn follow(parameters: &Parameters, protocol: &Protocol, per_leg: usize) -> Vec<(f64, Outputs)> {
+    try_follow(parameters, protocol, per_leg).expect("the steps converge")
+}
+
+/// The same of a model that may fail.
+///
+/// # Errors
+/// The first step that fails.
+pub fn try_follow(
+    parameters: &Parameters,
+    protocol: &Protocol,
+    per_leg: usize,
+) -> Result<Vec<(f64, Outputs)>, StepError> {
     let model = Model::new(parameters.clone()).expect("admissible parameters");
     let mut instance = Instance::new(&model, protocol.points()[0].1).expect("starts above the surface");
     let mut results = Vec::new();
@@ -44,11 +56,11 @@ pub fn follow(parameters: &Parameters, protocol: &Protocol, per_leg: usize) -> V
         for k in 1..=per_leg {
             let part = k as f64 / per_leg as f64;
             instance.set_displacement(a + (b - a) * part);
-            instance.advance(from + (to - from) * part - instance.time()).expect("the step converges");
+            instance.advance(from + (to - from) * part - instance.time())?;
             results.push((instance.time(), instance.outputs()));
         }
     }
-    results
+    Ok(results)
 }
 
 /// A drained element between smooth plates of this radius and height (m): G = 200 Pa, a branch of 800 Pa and 0.5 s.

@@ -1,4 +1,4 @@
-//! Each effect of the catalogue is recovered from a synthetic case of its own.
+//! Each effect of the catalogue is recovered from a synthetic case of its own, and a cause outside of it is told.
 //!
 //! Set-up: the model itself with the effect, coarse mesh, a fast ramp and 10 s of hold (200 s for slow effects, a withdrawal for
 //! adhesion), white noise of 0.02 mN; all parameters but the equilibrium modulus are known, as after a calibration, so that
@@ -6,6 +6,7 @@
 //! group of at most three; its size within 4 deviations and a tenth.
 
 use crate::program::{column, directory, json, succeed, text};
+use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -55,8 +56,11 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// A measurement of a test: the model's force with noise.
-fn measured(folder: &Path, name: &str, motion: &str, set: &[&str]) -> PathBuf {
+/// What an instrument makes of the force (mN) at a time (s).
+type Reading = fn(f64, f64) -> f64;
+
+/// A measurement of a test: what is read of the model's force, with noise.
+fn measured(folder: &Path, name: &str, motion: &str, set: &[&str], reading: Reading) -> PathBuf {
     let (moves, base) = (folder.join(format!("{name}.motion.csv")), folder.join(format!("{name}.simulated")));
     std::fs::write(&moves, motion).unwrap();
     let mut arguments = vec!["simulate", text(&moves), "--mesh", "coarse", "--out", text(&base)];
@@ -67,7 +71,7 @@ fn measured(folder: &Path, name: &str, motion: &str, set: &[&str]) -> PathBuf {
     let mut rows = "time_s,displacement_mm,force_mN\n".to_owned();
     let columns = ["time_s", "displacement_mm", "force_mN"].map(|c| column(&simulated, c));
     for ((t, d), f) in columns[0].iter().zip(&columns[1]).zip(&columns[2]) {
-        let _ = writeln!(rows, "{t},{d},{:.5}", f + NOISE_MN * normal());
+        let _ = writeln!(rows, "{t},{d},{:.5}", reading(*t, *f) + NOISE_MN * normal());
     }
     let file = folder.join(format!("{name}.csv"));
     std::fs::write(&file, rows).unwrap();
@@ -77,13 +81,13 @@ fn measured(folder: &Path, name: &str, motion: &str, set: &[&str]) -> PathBuf {
 /// A gel whose skeleton gives way and that water leaves within seconds: there drainage matters.
 const DRAINING: [&str; 2] = ["material.lambda_star=1e3", "material.permeability=1e-7mm^2"];
 
-/// Diagnoses tests of which each has its own settings beside those of all; `size` is the magnitude that was put in, in plausible
-/// scales, where the effect has one.
-fn recovers(effect: &str, size: Option<f64>, then: Then, all: &[&str], tests: &[&[&str]]) {
+/// Diagnoses tests of which each has its own settings beside those of all; what was printed, and the report.
+fn diagnosed(then: Then, all: &[&str], tests: &[&[&str]], reading: Reading) -> (String, Value) {
     let d = directory();
     let motion = motion(2.0, then);
-    let file =
-        |(k, own): (usize, &&[&str])| measured(d.path(), &format!("test{k}"), &motion, &[all, own].concat());
+    let file = |(k, own): (usize, &&[&str])| {
+        measured(d.path(), &format!("test{k}"), &motion, &[all, own].concat(), reading)
+    };
     let files: Vec<PathBuf> = tests.iter().enumerate().map(file).collect();
     let mut arguments = vec!["diagnose"];
     arguments.extend(files.iter().map(|f| text(f)));
@@ -95,14 +99,17 @@ fn recovers(effect: &str, size: Option<f64>, then: Then, all: &[&str], tests: &[
     let others = all.iter().filter(|set| !known.iter().any(|name| is_of(set, name)));
     others.for_each(|set| arguments.extend(["--set", set]));
     known.iter().for_each(|name| arguments.extend(["--fix", given(name).unwrap_or(name)]));
-    let printed = succeed(&arguments);
-    let found = json(&d.path().join("diagnosis.json"));
+    (succeed(&arguments), json(&d.path().join("diagnosis.json")))
+}
+
+/// Diagnoses tests with an effect; `size` is the magnitude that was put in, in plausible scales, where the effect has one.
+fn recovers(effect: &str, size: Option<f64>, then: Then, all: &[&str], tests: &[&[&str]]) {
+    let (printed, found) = diagnosed(then, all, tests, |_, force_mn| force_mn);
     let named: Vec<&str> =
         found["verdict"]["effects"].as_array().unwrap().iter().filter_map(|e| e.as_str()).collect();
     assert!(named.len() <= 3 && named.iter().any(|n| n.starts_with(effect)), "{printed}");
     let Some(size) = size else { return };
-    let is_it =
-        |m: &&serde_json::Value| m["effects"].as_array().is_some_and(|e| e.len() == 1 && e[0] == named[0]);
+    let is_it = |m: &&Value| m["effects"].as_array().is_some_and(|e| e.len() == 1 && e[0] == named[0]);
     let model = found["models"].as_array().unwrap().iter().find(is_it).unwrap();
     if named[0].starts_with(effect) {
         let (m, s) =
@@ -112,6 +119,19 @@ fn recovers(effect: &str, size: Option<f64>, then: Then, all: &[&str], tests: &[
             "{m} +- {s} instead of {size}\n{printed}"
         );
     }
+}
+
+/// Goal: what no effect of the catalogue does is not ascribed to one. Set-up: the gain of the amplifier is a tenth too high
+/// from 3 to 5 s, in the hold.
+#[test]
+fn a_cause_outside_the_catalogue_is_none_of_these() {
+    let gain = |time_s: f64, force_mn: f64| {
+        if (3.0..5.0).contains(&time_s) { 1.1 * force_mn } else { force_mn }
+    };
+    let (printed, found) = diagnosed(Then::Hold, &[], &[&[]], gain);
+    assert_eq!(found["verdict"]["kind"], "none of these", "{printed}");
+    assert_eq!(found["verdict"]["effects"].as_array().unwrap().len(), 0);
+    assert!(printed.starts_with("None of these"), "{printed}");
 }
 
 #[test]
