@@ -5,7 +5,9 @@ use crate::fmi::{FmiError, Fmu};
 use crate::pool::run::WeakRun;
 use crate::pool::wiring::{Names, Wiring, WiringError};
 use crate::pool::{FmuSimulator, Job, Pool, Priority, Run, RunFailure, Simulator};
-use std::collections::HashMap;
+use poropunch::protocol::Protocol;
+use poropunch::variables::sensitivities;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -108,6 +110,20 @@ impl Engine {
         let run = self.pool.submit(job.clone(), priority);
         pending.insert(key, run.downgrade());
         run
+    }
+
+    /// Whether the FMU, which has derivatives of the force, computes them with these settings: some exclude them, e.g. the
+    /// three-dimensional mesh.
+    pub fn offers_derivatives(&self, settings: &BTreeMap<String, f64>) -> bool {
+        if self.wiring.sensitivities.is_empty() {
+            return true;
+        }
+        let mut parameters = settings.clone();
+        parameters.insert(sensitivities::SWITCH.to_owned(), 1.0);
+        // Above the surface nothing is to be computed.
+        let Ok(protocol) = Protocol::new(vec![(0.0, -1e-2), (1e-3, -1e-2)]) else { return true };
+        let job = Job { parameters, protocol: Arc::new(protocol), time_s: Arc::new([1e-3]) };
+        !matches!(self.submit(&job, Priority::Urgent).wait(), Err(RunFailure::Model(_)))
     }
 
     /// The FMU's input, outputs and parameters.

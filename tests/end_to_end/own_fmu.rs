@@ -128,6 +128,19 @@ fn derivatives_that_the_fmu_does_not_have_are_an_error_or_differences() {
     assert!(json(&out.join("result.json"))["parameters"][0]["value"].as_f64().is_some());
 }
 
+/// Some settings exclude derivatives: then differences are taken without being asked for.
+#[test]
+fn settings_without_derivatives_are_fitted_all_the_same() {
+    let d = directory();
+    let (file, out) = (beginning(d.path(), 0.3), d.path().join("out"));
+    let arguments = ["identify", text(&file), "--mesh", "coarse", "--noise", "none", "--out", text(&out)];
+    let more = ["--free", "material.branch[1].eta", "--max-evaluations", "2"];
+    let traction = ["--set", "effect.discretisation.traction=true"];
+    succeed(&[&arguments[..], &more[..], &traction[..]].concat());
+    let message = fail(&[&arguments[..], &more[..], &traction[..], &["--jacobian", "sensitivity"]].concat());
+    assert!(message.contains("material.branch[1].eta") && message.contains("auto"), "{message}");
+}
+
 /// Goal: the shipped data give back the parameters of Table 1 that they determine. Set-up: all nine parameters
 /// from P2, coarse mesh, backward Euler steps of up to 0.6 s as in the solver that made the data (such steps
 /// lengthen a relaxation time by half a step, see `tests/verification/README.md`). Tolerance: the 95 % intervals, and

@@ -2,6 +2,7 @@
 
 use crate::data::Measurement;
 use crate::engine::{Engine, EngineError, EngineOptions};
+use crate::objective::{ParameterMap, Requests};
 use crate::pool::wiring::Names;
 use clap::Args;
 use poropunch::variables::{self, Causality, Kind, Variable};
@@ -38,8 +39,8 @@ pub struct EngineArguments {
 }
 
 impl EngineArguments {
-    /// Loads the FMU and starts the workers; records `extra` outputs and, where the FMU has them,
-    /// the derivatives of the force.
+    /// Loads the FMU and starts the workers; records `extra` outputs and, where the FMU has them with these settings, the
+    /// derivatives of the force.
     ///
     /// # Errors
     /// As [`Engine::new`].
@@ -52,7 +53,15 @@ impl EngineArguments {
     ) -> Result<Engine, EngineError> {
         let (input, output) = (self.input.clone(), self.output.clone());
         let names = Names { input, output, extra: extra.to_vec(), sensitivities, ..Names::default() };
-        self.engine_of(names, cache, stop)
+        let engine = self.engine_of(names.clone(), cache.clone(), stop)?;
+        let requests = Requests { set: self.settings(), ..Requests::default() };
+        // Settings that cannot be used are the caller's to report.
+        let refused = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)
+            .is_ok_and(|p| sensitivities && !engine.offers_derivatives(&p.settings(p.start())));
+        if refused {
+            return self.engine_of(Names { sensitivities: false, ..names }, cache, stop);
+        }
+        Ok(engine)
     }
 
     /// The same for given names.

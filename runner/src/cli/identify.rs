@@ -166,7 +166,7 @@ fn check_derivatives(engine: &Engine, parameters: &ParameterMap) -> Result<(), S
     match names.find(|name| !recorded.contains_key(*name)) {
         None => Ok(()),
         Some(name) => Err(format!(
-            "--jacobian sensitivity: the FMU has no derivative of the force by {name}; use --jacobian auto"
+            "--jacobian sensitivity: with these settings the FMU has no derivative of the force by {name}; use --jacobian auto"
         )),
     }
 }

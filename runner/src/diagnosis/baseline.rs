@@ -35,11 +35,13 @@ pub struct Fit {
 /// Width of a parameter's bounds in deviations of its prior: the bounds are where nobody expects it.
 const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
 /// With some hundred points, an iteration that lowers chi^2 by this part changes it by a tenth or so.
-pub const FINAL: f64 = 1e-3;
-/// An iteration that lowers chi^2 by a smaller part ends a first fit.
+const FINAL: f64 = 1e-3;
+/// An iteration that lowers chi^2 by a smaller part ends a rough fit.
 const ROUGH: f64 = 3e-2;
 /// A rough fit with this chi^2 per point is near the best: no further start is tried.
 const ENOUGH: f64 = 1.1;
+/// A rough fit with more than this chi^2 per point misses the data, however it is polished.
+const HOPELESS: f64 = 1.3;
 /// Relative accuracy of the Jacobian.
 const JACOBIAN_ACCURACY: f64 = 1e-6;
 
@@ -62,12 +64,12 @@ pub enum FitFailure {
 pub struct FitPlan {
     /// Starts of parameters and magnitudes, tried until one fits; the best of their rough fits is carried on.
     pub starts: Vec<Vec<f64>>,
-    /// Further starts, drawn within the bounds.
+    /// Further starts, drawn within the bounds, of which the best is tried too.
     pub drawn: usize,
     /// Largest number of evaluations per start.
     pub evaluations: usize,
-    /// An iteration that lowers chi^2 by a smaller part ends the fit.
-    pub tolerance: f64,
+    /// A rough fit with this chi^2 is as good as was promised: no further start is tried.
+    pub promised: f64,
 }
 
 /// Normal prior of the parameters: centred where the search starts, as wide as a quarter of the bounds.
@@ -104,7 +106,7 @@ pub fn fit(
             chi_square_tolerance: tolerance,
             ..Options::for_log_parameters(JACOBIAN_ACCURACY)
         };
-        let many = MultiStartOptions { starts: 1 + drawn, refined: 1 + drawn, seed: 1 };
+        let many = MultiStartOptions { starts: 1 + drawn, refined: 1, seed: 1 };
         let found = minimise_from_many(&mut problem, start, &bounds, &options, &many, &mut watch);
         if setup.engine.is_stopped() {
             return Err(FitFailure::from(EvaluationFailure::Interrupted));
@@ -113,13 +115,13 @@ pub fn fit(
     };
     let mut solution: Option<Solution> = None;
     let mut failure = None;
-    let enough = ENOUGH * setup.measured_mn().len() as f64;
+    let points = setup.measured_mn().len() as f64;
+    let enough = plan.promised.max(ENOUGH * points);
     for start in &plan.starts {
         if solution.as_ref().is_some_and(|s| s.chi_square < enough) {
             break;
         }
-        let tolerance = if plan.starts.len() > 1 { ROUGH.max(plan.tolerance) } else { plan.tolerance };
-        match minimise(start, tolerance, plan.drawn) {
+        match minimise(start, ROUGH, plan.drawn) {
             Ok(found) if solution.as_ref().is_none_or(|s| found.chi_square < s.chi_square) => {
                 solution = Some(found);
             }
@@ -135,8 +137,8 @@ pub fn fit(
         (None, Some(failure)) => return Err(failure),
         (None, None) => return Err(FitFailure::NoStart),
     };
-    if plan.starts.len() > 1 && plan.tolerance < ROUGH {
-        solution = minimise(&solution.x, plan.tolerance, 0)?;
+    if solution.chi_square < HOPELESS * points {
+        solution = minimise(&solution.x, FINAL, 0)?;
     }
     // All of its runs are in the cache.
     let mut inner = EffectProblem::new(setup, active);

@@ -1,6 +1,6 @@
 //! Refits of the model with effects, and their evidence against each other, no gap, and something else.
 
-use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
+use super::baseline::{Fit, FitFailure, FitPlan, fit};
 use super::effect::Candidate;
 use super::location::spots;
 use super::problem::{Setup, is_continuous};
@@ -26,6 +26,8 @@ pub struct Refit {
     pub remainder: SomethingElse,
     /// Family-wise probability that noise alone leaves such a residual.
     pub adequacy: f64,
+    /// Whether the rest is so small a part of the gap that it may be a matter of the effect's form.
+    pub leaves_little: bool,
 }
 
 impl Refit {
@@ -33,20 +35,32 @@ impl Refit {
     pub fn leaves_noise(&self) -> bool {
         self.adequacy > SIGNIFICANT
     }
+
+    /// Whether nothing else needs to be looked for.
+    pub fn is_enough(&self) -> bool {
+        self.leaves_noise() || self.leaves_little
+    }
 }
 
+/// A rest of the gap below this part, in units of the noise, is a matter of the effect's form.
+const REST: f64 = 0.35;
+
+/// Part of the promised gain with which a refit from one start is content.
+const KEPT: f64 = 0.8;
+
 /// Refits with the candidates `members`, starting at `from` (variables of the parameters) and expected magnitudes: the
-/// next start is tried only where the one before explains nothing.
+/// next start is tried only where the one before does not keep what the signatures promise, a fall of chi^2 by `promised`.
 ///
 /// # Errors
 /// When the model fails with these effects, or the user asked to stop.
 pub fn refit(
     search: &Search,
     members: &[(usize, f64)],
+    promised: f64,
     from: [&[f64]; 2],
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
-    let &Search { setup, candidates, plain, covariance, evaluations } = search;
+    let &Search { setup, candidates, plain, gap, covariance, evaluations } = search;
     let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
     let mut starts = from.map(<[f64]>::to_vec).to_vec();
     for ((_, magnitude), candidate) in members.iter().zip(&active) {
@@ -57,14 +71,18 @@ pub fn refit(
             starts.iter_mut().for_each(|start| start.push(inside));
         }
     }
-    let plan = FitPlan { starts, drawn: 0, evaluations, tolerance: FINAL };
+    let promised = plain.solution.chi_square - KEPT * promised;
+    let plan = FitPlan { starts, drawn: 0, evaluations, promised };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let evidence = found.evidence(&active) - plain.evidence(&[]);
     let gain = plain.solution.chi_square - found.solution.chi_square;
     let remainder = something_else(setup.observations, &found.linear, &found.covariance);
     let adequacy = adequacy(setup, &found);
+    let is_small = |rest: f64, whole: f64| rest < REST * REST * whole;
+    let leaves_little =
+        is_small(remainder.explained, gap.explained) && is_small(excess(&found), excess(plain));
     let members = members.iter().map(|(k, _)| *k).collect();
-    Ok(Refit { members, fit: found, evidence, gain, remainder, adequacy })
+    Ok(Refit { members, fit: found, evidence, gain, remainder, adequacy, leaves_little })
 }
 
 /// Probability under noise of the worst misfit of any phase or time scale, or of the whole chi^2: the smaller of both, family-wise.

@@ -1,8 +1,8 @@
 //! The nine steps, one after the other.
 
-use super::baseline::{FINAL, Fit, FitFailure, FitPlan, fit};
+use super::baseline::{Fit, FitFailure, FitPlan, fit};
 use super::catalogue::{LeftOut, effects};
-use super::confirming::{Refit, excess, whole};
+use super::confirming::{Refit, whole};
 use super::covariance::{NoiseModel, noise_model};
 use super::effect::{Candidate, PRIOR_DEVIATION};
 use super::held_out::{Split, splits};
@@ -120,7 +120,8 @@ pub fn diagnose(
         let leaders: Vec<&Screened> = screened.iter().filter(testable).collect();
         let covariance = &noise.covariance;
         let (quick, evaluations) = (effort.quick, effort.evaluations);
-        let search = Search { setup, candidates: &candidates, plain: &plain, covariance, evaluations };
+        let (candidates, gap) = (&candidates, &something_else);
+        let search = Search { setup, candidates, plain: &plain, gap, covariance, evaluations };
         refits = search.run(&leaders, quick, say)?;
     }
     let splits = splits(&observations);
@@ -130,8 +131,6 @@ pub fn diagnose(
         probability,
         refits: &refits,
         something_else: something_else.evidence,
-        gap: something_else.explained,
-        excess: excess(&plain),
         alike: &alike,
         accepted: &accepted,
     });
@@ -181,7 +180,7 @@ fn baseline(
     let noise = noise_model(setup.observations, &reference, refined(setup, start)?);
     let drawn = if effort.quick { 0 } else { STARTS };
     let plan =
-        FitPlan { starts: vec![start.to_vec()], drawn, evaluations: effort.evaluations, tolerance: FINAL };
+        FitPlan { starts: vec![start.to_vec()], drawn, evaluations: effort.evaluations, promised: 0.0 };
     let mut watch = |r: &IterationRecord| {
         say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
     };

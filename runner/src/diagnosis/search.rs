@@ -7,12 +7,13 @@
 //! ```
 
 use super::baseline::{Fit, FitFailure};
-use super::confirming::{Refit, refit};
+use super::confirming::{Refit, excess, refit};
 use super::covariance::Covariance;
 use super::diagnose::{DiagnosisError, linear_evidence};
 use super::effect::Candidate;
 use super::problem::Setup;
 use super::screening::{CONFUSABLE, Screened};
+use super::something_else::SomethingElse;
 use crate::fit::{EvaluationFailure, IterationRecord};
 
 /// Screened effects that are refitted, whether or not one of them explains the gap.
@@ -24,6 +25,10 @@ const TRIED: usize = 7;
 const HOPELESS: f64 = 0.2;
 /// Evidence (twice the logarithm) that a second effect must have in the rest of the best single one.
 const PAIR_GAIN: f64 = 8.0;
+/// A second effect that gains a smaller part of what the first does makes up for the first one's form.
+const FORM: f64 = 0.05;
+/// An effect of which screening expects a smaller part of the gap is no single cause of all of it.
+const WORTH_TRYING: f64 = 0.1;
 
 /// What all refits share.
 pub struct Search<'a> {
@@ -33,6 +38,8 @@ pub struct Search<'a> {
     pub candidates: &'a [Candidate],
     /// Fit of the plain model.
     pub plain: &'a Fit,
+    /// The smooth part of what it leaves.
+    pub gap: &'a SomethingElse,
     /// Noise.
     pub covariance: &'a Covariance,
     /// Largest number of evaluations of a fit.
@@ -52,6 +59,7 @@ impl Search<'_> {
     ) -> Result<Vec<Refit>, DiagnosisError> {
         let y = &self.plain.linear.residual;
         let expected = |s: &Screened| (s.candidate, s.signature.magnitude(y).0);
+        let gain = |s: &Screened| s.signature.score(y).powi(2);
         let evidence =
             |s: &Screened| linear_evidence(&self.candidates[s.candidate], &s.signature, self.plain);
         // The first is refitted in any case: its signature is that of a finite magnitude, not of the best one.
@@ -67,47 +75,54 @@ impl Search<'_> {
         let from = [self.setup.parameters.start(), self.plain.x()];
         let mut refits: Vec<Refit> = Vec::new();
         for leader in first {
-            let gain = leader.signature.score(y).powi(2);
-            let hopeless = |r: &Refit| r.leaves_noise() && gain < HOPELESS * r.gain;
+            let gain = gain(leader);
+            let hopeless = |r: &Refit| r.is_enough() && gain < HOPELESS * r.gain;
             if !refits.iter().any(hopeless) {
-                refits.extend(self.refit(&[expected(leader)], from, say)?);
+                refits.extend(self.refit(&[expected(leader)], gain, from, say)?);
             }
         }
         let best = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        if let Some((best, partner)) = best.and_then(|best| Some((best, self.partner(best, leaders)?))) {
+        if let Some((best, (partner, more))) =
+            best.and_then(|best| Some((best, self.partner(best, leaders)?)))
+        {
             let own = best.fit.magnitudes().first().copied().unwrap_or(1.0);
             let from = [best.fit.x(), self.setup.parameters.start()];
-            let pair = self.refit(&[(best.members[0], own), partner], from, say)?;
+            let pair = self.refit(&[(best.members[0], own), partner], best.gain + more, from, say)?;
             refits.extend(pair);
         }
         // Signatures are those of a plain fit that misses the gap, and the larger the gap, the less they say.
         for leader in &chosen[count..] {
-            if refits.iter().any(Refit::leaves_noise) {
+            if refits.iter().any(Refit::is_enough) {
                 break;
             }
-            refits.extend(self.refit(&[expected(leader)], from, say)?);
+            if gain(leader) < WORTH_TRYING * excess(self.plain) {
+                continue;
+            }
+            refits.extend(self.refit(&[expected(leader)], gain(leader), from, say)?);
         }
         Ok(refits)
     }
 
-    /// What the rest of a single effect shows best, and its magnitude.
-    fn partner(&self, single: &Refit, leaders: &[&Screened]) -> Option<(usize, f64)> {
+    /// What the rest of a single effect shows best with its magnitude, and the gain that it promises.
+    fn partner(&self, single: &Refit, leaders: &[&Screened]) -> Option<((usize, f64), f64)> {
         let fit = &single.fit;
         let family = |k: usize| &self.candidates[k].effect.family;
         let others = leaders.iter().filter(|s| family(s.candidate) != family(single.members[0]));
         let in_rest = others.map(|s| {
             let signature = fit.linear.signature(&fit.covariance, &s.change_mn);
             let evidence = linear_evidence(&self.candidates[s.candidate], &signature, fit);
-            (evidence, s.candidate, signature.magnitude(&fit.linear.residual).0)
+            let rest = &fit.linear.residual;
+            (evidence, (s.candidate, signature.magnitude(rest).0), signature.score(rest).powi(2))
         });
-        let (evidence, candidate, magnitude) = in_rest.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (evidence > PAIR_GAIN).then_some((candidate, magnitude))
+        let (evidence, partner, gain) = in_rest.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (evidence > PAIR_GAIN && gain > FORM * single.gain).then_some((partner, gain))
     }
 
     /// `None` where the model cannot be computed with these effects: that is no competitor.
     fn refit(
         &self,
         members: &[(usize, f64)],
+        promised: f64,
         from: [&[f64]; 2],
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
@@ -116,7 +131,7 @@ impl Search<'_> {
         let mut watch = |r: &IterationRecord| {
             say(format!("with {what}, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
         };
-        match refit(self, members, from, &mut watch) {
+        match refit(self, members, promised, from, &mut watch) {
             Ok(found) => Ok(Some(found)),
             Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
                 Err(EvaluationFailure::Interrupted.into())

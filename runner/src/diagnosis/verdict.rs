@@ -4,15 +4,13 @@
 //! evidence says. Then models compete: every single effect, the refitted pairs, and something else. An effect that
 //! leaves a significant rest is no answer unless the rest is a small part of the gap.
 
-use super::confirming::{Refit, excess};
+use super::confirming::Refit;
 use super::result::Kind;
 
 /// Family-wise probability below which there is a gap.
 pub const SIGNIFICANT: f64 = 0.05;
 /// Twice the log evidence by which a model must lead for the others to be left out of the answer.
 pub const DECISIVE: f64 = 6.0;
-/// A rest of the gap below this part, in units of the noise, is a matter of the effect's form.
-const REST: f64 = 0.35;
 /// An effect of a smaller part of its plausible scale is no gap that matters.
 const NEGLIGIBLE: f64 = 0.1;
 /// Probability under noise below which a refit is not adequate.
@@ -29,10 +27,6 @@ pub struct Evidence<'a> {
     pub refits: &'a [Refit],
     /// Twice the log evidence of a smooth error against the plain model.
     pub something_else: f64,
-    /// Squared size of the smooth gap of the plain model, in units of the noise.
-    pub gap: f64,
-    /// chi^2 of the plain model beyond what noise gives.
-    pub excess: f64,
     /// Whether two candidates look alike.
     pub alike: &'a dyn Fn(usize, usize) -> bool,
     /// Whether the held-out data accept a model; `None` where they cannot tell.
@@ -86,11 +80,7 @@ pub fn decide(e: &Evidence) -> Decision {
         // Half of all cases have no gap before anything is measured; noise passes this p in this part of them.
         return decision(Kind::NoGap, vec![], None, 0.5 + 0.5 * e.probability.sqrt());
     }
-    let explains = |r: &Refit| {
-        let rest_is_small =
-            r.remainder.explained < REST * REST * e.gap && excess(&r.fit) < REST * REST * e.excess;
-        (r.adequacy > INADEQUATE || rest_is_small) && (e.accepted)(r) != Some(false)
-    };
+    let explains = |r: &Refit| (r.adequacy > INADEQUATE || r.leaves_little) && (e.accepted)(r) != Some(false);
     let mut order: Vec<usize> = (0..e.refits.len()).collect();
     order.sort_by(|a, b| weights[*b].total_cmp(&weights[*a]));
     let elsewhere_share = probabilities[e.refits.len()];
