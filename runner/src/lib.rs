@@ -1,9 +1,10 @@
-//! poropunch's command line as a library: simulate, inspect, identify, package.
+//! poropunch's command line as a library: simulate, inspect, identify, diagnose, package.
 //!
 //! ```text
 //! simulate: CSV -> Protocol -> FMU instance -> step, step, ... -> ForceCurve -> CSV, SVG
 //! inspect:  Measurement -> cycles, readings, noise -> table, JSON, CSV, page
 //! identify: Measurement -> Objective (parameters -> residuals) -> trust-region steps over the pool -> report
+//! diagnose: Measurement -> noise -> plain fit, screening, refits with effects -> verdict, report
 //! ```
 //! The model is evaluated through the FMU only; the model's library is linked for names, units and protocols.
 
@@ -17,6 +18,7 @@ pub mod fit;
 pub mod fmi;
 pub mod identification;
 pub mod inspection;
+pub mod noise;
 pub mod objective;
 pub mod output;
 pub mod package;

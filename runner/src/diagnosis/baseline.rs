@@ -1,6 +1,5 @@
 //! Fits by generalised least squares: the plain model, or the model with effects, and their linearisation.
 
-use super::covariance::Covariance;
 use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
 use super::problem::{EffectProblem, Setup, is_continuous};
 use super::screening::{Linearised, normal_cdf};
@@ -9,6 +8,7 @@ use crate::fit::{
     EvaluationFailure, FitError, IterationRecord, MultiStartOptions, Options, Prior, Problem, SharedErrors,
     Solution, Whitening,
 };
+use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 use thiserror::Error;

@@ -5,7 +5,7 @@
 //! others is then algebra, and errors common to both are carried over as they are.
 
 use super::baseline::Fit;
-use super::observation::Observation;
+use crate::noise::Observation;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Points that are fitted and points that are predicted.

@@ -1,10 +1,10 @@
 //! Where the fit misses: level and tilt of the residual in each phase of each cycle, and exponentials of the
 //! relaxation times, each a signature of its own, so that each score is standard normal under noise after a refit.
 
-use super::observation::Observation;
 use super::screening::{Linearised, Signature};
 use crate::data::Phase;
 use crate::fit::Whitening;
+use crate::noise::Observation;
 use nalgebra::DVector;
 
 /// What a pattern of the residual is.

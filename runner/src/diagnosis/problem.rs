@@ -2,9 +2,9 @@
 //! from all tests (mN, model minus measured).
 
 use super::effect::{Candidate, Sign};
-use super::observation::Observation;
 use crate::engine::Engine;
 use crate::fit::{Bounds, EvaluationFailure, Problem};
+use crate::noise::Observation;
 use crate::objective::{ParameterMap, wait};
 use crate::pool::{ForceCurve, Priority, Run};
 use nalgebra::DMatrix;

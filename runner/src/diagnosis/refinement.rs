@@ -1,10 +1,10 @@
 //! Error of the simulation, from a finer mesh and finer time steps, and from where the punch touches, at the same
 //! parameters.
 
-use super::covariance::{Common, refinement};
-use super::observation::Observation;
 use super::problem::Setup;
 use crate::fit::EvaluationFailure;
+use crate::noise::Observation;
+use crate::noise::{Common, refinement};
 use crate::pool::{Job, Priority};
 
 const PRESET: &str = "mesh.preset";

@@ -8,13 +8,13 @@
 
 use super::baseline::{Fit, FitFailure};
 use super::confirming::{Refit, excess, refit};
-use super::covariance::Covariance;
 use super::diagnose::{DiagnosisError, linear_evidence};
 use super::effect::Candidate;
 use super::problem::Setup;
 use super::screening::{CONFUSABLE, Screened};
 use super::something_else::SomethingElse;
 use crate::fit::{EvaluationFailure, IterationRecord};
+use crate::noise::Covariance;
 
 /// Screened effects that are refitted, whether or not one of them explains the gap.
 const LEADERS: usize = 5;

@@ -2,12 +2,12 @@
 //! same effect, and the phase of the largest residual.
 
 use super::baseline::{Fit, linearised};
-use super::covariance::Covariance;
 use super::effect::{Candidate, Sign};
 use super::location::{Pattern, Spot};
 use super::result::SimpleRule;
 use super::screening::Screened;
 use crate::data::Phase;
+use crate::noise::Covariance;
 
 /// All of them.
 pub fn simple_rules(

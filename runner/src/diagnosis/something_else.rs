@@ -5,10 +5,10 @@
 //! `B = P inv(L) hats`. Its evidence against no gap is `a^2 v'(1 + a^2 G)^-1 v - ln det(1 + a^2 G)`, `v = B'y`,
 //! `G = B'B`, averaged over `a`.
 
-use super::covariance::hats;
-use super::observation::Observation;
 use super::screening::Linearised;
 use crate::fit::Whitening;
+use crate::noise::Observation;
+use crate::noise::hats;
 use nalgebra::{DMatrix, DVector};
 
 /// Hats per decade of time.

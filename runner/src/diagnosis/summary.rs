@@ -3,7 +3,6 @@
 use super::confirming::{Refit, adequacy};
 use super::diagnose::{Findings, is_testable, linear_evidence};
 use super::location::{Pattern, Spot};
-use super::observation::Observation;
 use super::problem::{Setup, is_continuous};
 use super::result::*;
 use super::screening::{CONFUSABLE, Screened};
@@ -13,6 +12,7 @@ use super::verdict::{DECISIVE, SIGNIFICANT};
 use super::wording;
 use crate::data::Phase;
 use crate::inspection::Inspection;
+use crate::noise::Observation;
 
 /// What is told beside the findings.
 pub struct About<'a> {

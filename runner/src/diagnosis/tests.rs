@@ -1,14 +1,14 @@
 //! The chain from measurement to significance on a cheap model, and the layout of the JSON.
 
-use super::covariance::noise_model;
 use super::location::spots;
-use super::observation::{Observation, observe};
 use super::result::*;
 use super::screening::{Family, Linearised, Signature};
 use super::something_else::something_else;
 use crate::data::Measurement;
 use crate::data::random::Random;
 use crate::fit::Whitening;
+use crate::noise::noise_model;
+use crate::noise::observation::{Observation, observe};
 use nalgebra::{DMatrix, DVector};
 
 /// Time (s), depth (m) and two force shapes (mN): elastic, and relaxing within 20 s.

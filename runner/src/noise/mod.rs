@@ -9,6 +9,7 @@
 
 mod low_rank;
 mod numerical;
+pub mod observation;
 mod specimens;
 #[cfg(test)]
 mod tests;
@@ -17,8 +18,9 @@ pub use low_rank::{Common, Covariance};
 pub use numerical::{hats, refinement, slow_errors, timing};
 pub use specimens::{TestNoise, test_noise};
 
-use super::observation::{Observation, same_specimens};
 use nalgebra::DVector;
+pub use observation::Observation;
+use observation::same_specimens;
 
 /// The covariance of several tests, and what it is made of.
 #[derive(Debug, Clone)]

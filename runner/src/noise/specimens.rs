@@ -1,8 +1,8 @@
 //! What the scatter of the specimens about their common curve says: white noise, and slow differences in shape.
 
-use super::super::observation::Observation;
 use super::Common;
 use super::numerical::hats;
+use super::observation::Observation;
 use crate::data::motion::sample_noise;
 use crate::data::noise::correlated::{FEWEST_IN_RECORD, NoiseParts, Record, noise_parts};
 use crate::data::{NoiseModel, Phase};

@@ -1,4 +1,4 @@
-use super::super::observation::{Observation, observe};
+use super::observation::{Observation, observe};
 use super::*;
 use crate::data::Measurement;
 use crate::data::random::Random;

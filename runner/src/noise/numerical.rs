@@ -1,7 +1,7 @@
 //! Error of the simulation: slow along a curve, so it does not average out over the points.
 
-use super::super::observation::Observation;
 use super::Common;
+use super::observation::Observation;
 use crate::data::Phase;
 use crate::data::measurement::median;
 use nalgebra::DVector;
