@@ -3,7 +3,7 @@
 //! Specimens that differ by a factor are brought to one height first: `s_k(t) = a_k f(t) + white`, so
 //! `f = sum a_k s_k / sum a_k^2`. All specimens then speak at every point, where a median hears the middle two.
 
-use crate::data::measurement::{median, standard_deviation};
+use crate::data::measurement::standard_deviation;
 use crate::data::noise::common_factor::{FEWEST_SPECIMENS, common_factor};
 use crate::data::{Cycle, Measurement, NoiseModel, Phase, cycles};
 use crate::objective::{Dataset, DatasetError, Weights};
@@ -81,15 +81,6 @@ impl Observation {
     /// Time since the loading of its cycle began to touch (s), of a point.
     pub fn since_touch_s(&self, point: usize) -> f64 {
         self.dataset.measurement.time_s[point] - self.cycles[self.cycle[point]].ramp_start_s
-    }
-
-    /// What the punch travels between two samples of a ramp, median over them (m); 0 where there is one sample only.
-    pub fn ramp_spacing_m(&self) -> f64 {
-        let (m, phases) = (&self.dataset.measurement, &self.dataset.phases);
-        let ramp = |i: &usize| phases[*i] == Phase::Ramp && phases[i - 1] == Phase::Ramp;
-        let travelled = |i: usize| (m.displacement_m[i] - m.displacement_m[i - 1]).abs();
-        let mut steps: Vec<f64> = (1..m.len()).filter(ramp).map(travelled).collect();
-        if steps.is_empty() { 0.0 } else { median(&mut steps) }
     }
 
     /// Standard deviation of the specimens' ln factors (-), where there are enough of them.

@@ -84,13 +84,6 @@ impl Dataset {
         }
     }
 
-    /// The same run with the punch deeper by a length (m) all the time.
-    pub fn deeper_job(&self, parameters: &BTreeMap<String, f64>, length_m: f64) -> Job {
-        let mut protocol = (*self.protocol).clone();
-        protocol.shift(length_m);
-        Job { protocol: Arc::new(protocol), ..self.job(parameters) }
-    }
-
     /// Appends `(model - measured) / scale` of each point.
     pub fn append_residuals(&self, curve: &ForceCurve, residuals: &mut Vec<f64>) {
         let forces = curve.force_n().iter().zip(&self.measurement.force_n);
