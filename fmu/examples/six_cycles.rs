@@ -1,7 +1,7 @@
 //! All cycles of protocol P1 or P2 through the native API: force curve on standard output, cost on standard error.
 //!
 //! ```text
-//! cargo run --release -p poropunch --example six_cycles [P1|P2] [coarse|standard|fine] [cycles]
+//! cargo run --release -p poropunch --example six_cycles [P1|P2] [coarse|standard|fine] [cycles] [sensitivities]
 //! ```
 
 use poropunch::parameters::MeshPreset;
@@ -19,6 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some("fine") => MeshPreset::Fine,
         _ => MeshPreset::Standard,
     };
+    parameters.solver.sensitivities = given(3) == Some("sensitivities");
     if let Ok(f) = std::env::var("MU") {
         parameters.boundary.friction = f.parse()?;
     }

@@ -379,7 +379,7 @@ fn follow(instance: &mut Instance, protocol: &Protocol, from: f64, to: f64) -> R
 }
 
 const MAGIC: [u8; 8] = *b"POROFMU\0";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Magic, version, GUID, length of the payload.
 const HEADER: usize = 8 + 4 + 16 + 8;
 const CHECKSUM: usize = 16;

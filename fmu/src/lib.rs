@@ -23,6 +23,7 @@ pub mod instance;
 pub mod material;
 pub mod mesh;
 pub mod model_description;
+pub mod number;
 pub mod outputs;
 pub mod parameters;
 pub mod protocol;

@@ -44,13 +44,13 @@ pub(crate) struct Flow {
 
 /// The linearised update: changes of the strain follow from `inverse` and `slope`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Linearised {
+pub(crate) struct Linearised<T = f64> {
     /// `(k d beta/d eps + k d s/d v)^-1` [-].
-    pub inverse: Matrix,
+    pub inverse: [[T; 3]; 3],
     /// `d eps / d eps_trial` [-].
-    pub slope: Matrix,
+    pub slope: [[T; 3]; 3],
     /// What drives a change with the fluidity: `d eps = -inverse drive dk` (Pa).
-    pub drive: [f64; 3],
+    pub drive: [T; 3],
 }
 
 impl Flow {

@@ -4,6 +4,7 @@
 //! is m + 1).
 
 use super::descriptor::{Effect, Place, linear, one_sided};
+use crate::number::Real;
 use crate::variables::units::ONE;
 use crate::variables::{Variable, field, real};
 use serde::{Deserialize, Serialize};
@@ -23,10 +24,11 @@ impl Parameters {
 
 /// `((J-n)/(1-n))^m` and its derivatives by J and by n.
 #[inline(always)]
-pub(crate) fn factor(exponent: f64, j: f64, n0s: f64) -> [f64; 3] {
+pub(crate) fn factor<T: Real>(exponent: f64, j: T, n0s: f64) -> [T; 3] {
     let (pore, open) = (j - n0s, 1.0 - n0s);
-    let value = (pore / open).powf(exponent);
-    [value, exponent * value / pore, exponent * value * (1.0 / open - 1.0 / pore)]
+    let value = (pore * (1.0 / open)).powf(exponent);
+    let by_pore = value * exponent / pore;
+    [value, by_pore, value * (exponent / open) - by_pore]
 }
 
 pub(super) const VARIABLES: &[Variable] = &[real(

@@ -11,7 +11,8 @@ use super::descriptor::{Effect, Place, linear, one_sided, switch};
 use crate::material::point::{DeformationGradient, Elasticity};
 use crate::material::sensitivity::SpatialGradient;
 use crate::material::spectral::{Spectral, deviator};
-use crate::material::{IDENTITY, Voigt};
+use crate::material::Voigt;
+use crate::number::{Real, each, closure};
 use crate::variables::units::ONE;
 use crate::variables::{Variable, field, real};
 use serde::{Deserialize, Serialize};
@@ -51,79 +52,97 @@ pub struct Softening {
 
 impl Softening {
     /// What is left of the stress after the strain `past`, and its slope by it.
-    fn left(&self, past: f64) -> (f64, f64) {
-        let decay = (-past / self.strain).exp();
-        (1.0 - self.loss * (1.0 - decay), -self.loss / self.strain * decay)
+    #[inline(always)]
+    fn left<T: Real>(&self, past: T) -> (T, T) {
+        let decay = (past * (-1.0 / self.strain)).exp();
+        (decay * self.loss + (1.0 - self.loss), decay * (-self.loss / self.strain))
     }
 
     /// Largest strain so far, the present one included.
-    pub(crate) fn past_strain(f: &DeformationGradient, past: f64) -> Option<f64> {
+    #[inline(always)]
+    pub(crate) fn past_strain<T: Real>(f: &DeformationGradient<T>, past: T) -> Option<T> {
         Some(past.max(strain(f)?.0))
     }
 
     /// Factor on stresses and energies for a largest strain so far.
-    pub(crate) fn factor(&self, past: f64) -> f64 {
+    #[inline(always)]
+    pub(crate) fn factor<T: Real>(&self, past: T) -> T {
         self.left(past).0
     }
 
     /// Softens the undamaged stress and tangent; `past` is the largest strain before the step.
-    pub(crate) fn apply(&self, f: &DeformationGradient, past: f64, e: &mut Elasticity) -> Option<()> {
+    #[inline(always)]
+    pub(crate) fn apply<T: Real>(
+        &self,
+        f: &DeformationGradient<T>,
+        past: T,
+        e: &mut Elasticity<T>,
+    ) -> Option<()> {
         let (present, direction) = strain(f)?;
         let (left, slope) = self.left(past.max(present));
-        e.tangent.iter_mut().flatten().for_each(|c| *c *= left);
-        if present > past {
-            for (row, tau) in e.tangent.iter_mut().zip(&e.kirchhoff_stress) {
-                row.iter_mut().zip(&direction).for_each(|(c, d)| *c += slope * tau * d);
+        // Below its past strain a point softens no further.
+        let slope = present.where_greater(past, slope, slope.constant(0.0));
+        for (row, tau) in e.tangent.iter_mut().zip(&mut e.kirchhoff_stress) {
+            for (c, d) in row.iter_mut().zip(direction) {
+                *c = *c * left + slope * *tau * d;
             }
+            *tau = *tau * left;
         }
-        e.kirchhoff_stress.iter_mut().for_each(|tau| *tau *= left);
         Some(())
     }
 }
 
 impl Softening {
     /// Softens the changes of the undamaged stress with some parameters at fixed deformation, and adds those
-    /// that come from the largest strain before the step, `past` with its own changes.
-    pub(crate) fn differentiate(
+    /// that come from the largest strain before the step, `past` with its own changes by parameter.
+    #[inline(always)]
+    pub(crate) fn differentiate<T: Real>(
         &self,
-        f: &DeformationGradient,
-        (past, changes): (f64, &[f64]),
-        undamaged: &Voigt,
-        stress: &mut [Voigt],
+        f: &DeformationGradient<T>,
+        (past, changes): (T, impl Fn(usize) -> T),
+        undamaged: &Voigt<T>,
+        stress: &mut [Voigt<T>],
     ) -> Option<()> {
         let present = strain(f)?.0;
         let (left, slope) = self.left(past.max(present));
-        for (tau, change) in stress.iter_mut().zip(changes) {
-            // Beyond its past a point's largest strain is the present one, which is fixed here.
-            let change = if present > past { 0.0 } else { slope * change };
-            (0..4).for_each(|i| tau[i] = left * tau[i] + change * undamaged[i]);
+        // Beyond its past a point's largest strain is the present one, which is fixed here.
+        let slope = present.where_greater(past, slope.constant(0.0), slope);
+        for (parameter, tau) in stress.iter_mut().enumerate() {
+            let change = slope * changes(parameter);
+            for (tau, undamaged) in tau.iter_mut().zip(undamaged) {
+                *tau = *tau * left + change * *undamaged;
+            }
         }
         Some(())
     }
 
-    /// Changes of the largest strain over a converged stage from those before it and of the displacement.
-    pub(crate) fn past_sensitivity(
-        f: &DeformationGradient,
-        (past, changes): (f64, &[f64]),
-        gradients: &[SpatialGradient],
-        new: &mut [f64],
+    /// Changes of the largest strain over a converged stage from those before it and of the displacement, by
+    /// parameter.
+    #[inline(always)]
+    pub(crate) fn past_sensitivity<T: Real>(
+        f: &DeformationGradient<T>,
+        (past, changes): (T, impl Fn(usize) -> T),
+        gradients: &[SpatialGradient<T>],
+        mut new: impl FnMut(usize, T),
     ) -> Option<()> {
         let (present, direction) = strain(f)?;
-        for ((new, change), l) in new.iter_mut().zip(changes).zip(gradients) {
-            *new = if present > past { l.power(&direction) } else { *change };
+        for (parameter, l) in gradients.iter().enumerate() {
+            new(parameter, present.where_greater(past, l.power(&direction), changes(parameter)));
         }
         Some(())
     }
 }
 
 /// Equivalent strain and its derivative by the rate of deformation, a tensor.
-fn strain(f: &DeformationGradient) -> Option<(f64, Voigt)> {
-    let frame = Spectral::of(&f.push(&IDENTITY))?;
+#[inline(always)]
+fn strain<T: Real>(f: &DeformationGradient<T>) -> Option<(T, Voigt<T>)> {
+    let frame = Spectral::of(&f.left_cauchy_green())?;
     let e = deviator(&frame.log_strains());
-    let equivalent = (2.0 / 3.0 * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2])).sqrt();
+    let equivalent = ((e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) * (2.0 / 3.0)).sqrt();
     // Undeformed, every direction is as good as any other and the stress is zero.
-    let scale = if equivalent > 0.0 { 2.0 / (3.0 * equivalent) } else { 0.0 };
-    Some((equivalent, frame.compose(&e.map(|x| scale * x))))
+    let zero = equivalent.constant(0.0);
+    let scale = equivalent.where_greater(zero, equivalent.constant(2.0 / 3.0) / equivalent, zero);
+    Some((equivalent, frame.compose(&each(&e, closure!(|x: T| scale * x)))))
 }
 
 pub(super) const VARIABLES: &[Variable] = &[
@@ -163,7 +182,7 @@ pub const EFFECT: Effect = Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::PointMaterial;
+    use crate::material::{IDENTITY, PointMaterial};
     use crate::parameters::MaterialParameters;
 
     /// Uniaxial log strain `e` at constant volume has the equivalent strain `e`; simple shear `g` tends to

@@ -1,11 +1,14 @@
 //! From elements to the global sparse system.
 
 use super::geometry::Geometry;
+use super::group::{ElementLoop, Group};
 use super::kernel::{self, ElementSystem, PointState};
 use super::shape::POINTS;
 use crate::material::{IDENTITY, PointMaterial, Voigt};
 use crate::mesh::{Mesh, NODES, UNKNOWNS};
+use crate::number::{Lanes, PACKET, Packet, closure};
 use crate::solver::linear::CscPattern;
+use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
 /// History of all integration points at one time.
@@ -52,8 +55,9 @@ impl History {
 pub struct AssemblyMap {
     /// Unknowns of every element.
     pub unknowns: Vec<[u32; UNKNOWNS]>,
-    /// Positions in the CSC values, row-major per element.
-    positions: Vec<u32>,
+    /// Positions in the CSC values, entry by entry of [`PACKET`] elements at a time; elements that fill up the
+    /// last packet add nothing, anywhere.
+    positions: Vec<[u32; PACKET]>,
     /// Pattern of the matrix, structurally symmetric.
     pub pattern: CscPattern,
 }
@@ -63,13 +67,21 @@ impl AssemblyMap {
     pub fn new(mesh: &Mesh) -> Self {
         let unknowns: Vec<_> = mesh.elements.iter().map(|e| mesh.element_unknowns(e)).collect();
         let pattern = CscPattern::from_elements(mesh.unknowns(), &unknowns);
-        let mut positions = Vec::with_capacity(unknowns.len() * UNKNOWNS * UNKNOWNS);
-        for element in &unknowns {
-            for &row in element {
-                positions.extend(element.iter().map(|&column| pattern.position(row, column)));
+        let mut positions = Vec::with_capacity(unknowns.len().div_ceil(PACKET) * ENTRIES);
+        for elements in unknowns.chunks(PACKET) {
+            for (i, j) in (0..ENTRIES).map(|entry| (entry / UNKNOWNS, entry % UNKNOWNS)) {
+                positions.push(std::array::from_fn(|lane| {
+                    elements.get(lane).map_or(0, |element| pattern.position(element[i], element[j]))
+                }));
             }
         }
         Self { unknowns, positions, pattern }
+    }
+
+    /// Where an entry of an element goes.
+    #[inline(always)]
+    fn position(&self, element: usize, i: usize, j: usize) -> usize {
+        self.positions[element / PACKET * ENTRIES + i * UNKNOWNS + j][element % PACKET] as usize
     }
 
     /// Unknowns `x` of one element.
@@ -78,20 +90,25 @@ impl AssemblyMap {
         self.unknowns[element].map(|u| x[u as usize])
     }
 
+    /// Adds the tangents of a group's elements, entry by entry.
     #[inline(always)]
-    fn scatter(&self, element: usize, system: &ElementSystem, residual: &mut [f64], values: &mut [f64]) {
-        for (i, &u) in self.unknowns[element].iter().enumerate() {
-            residual[u as usize] += system.residual[i];
-        }
-        let first = element * UNKNOWNS * UNKNOWNS;
-        let positions = &self.positions[first..first + UNKNOWNS * UNKNOWNS];
-        for (row, targets) in system.tangent.iter().zip(positions.chunks_exact(UNKNOWNS)) {
-            for (&value, &target) in row.iter().zip(targets) {
+    fn scatter_tangent<S: Simd>(
+        &self,
+        group: &Group<S>,
+        tangent: &[[Lanes<S>; UNKNOWNS]; UNKNOWNS],
+        values: &mut [f64],
+    ) {
+        let positions = &self.positions[group.packet() * ENTRIES..][..ENTRIES];
+        for (value, targets) in tangent.as_flattened().iter().zip(positions) {
+            for (&value, &target) in value.as_slice().iter().zip(&targets[group.places()]) {
                 values[target as usize] += value;
             }
         }
     }
 }
+
+/// Entries of an element's tangent.
+const ENTRIES: usize = UNKNOWNS * UNKNOWNS;
 
 /// The element where an evaluation failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,7 +152,7 @@ impl Body<'_> {
     ) -> Result<(), Inadmissible> {
         residual.fill(0.0);
         values.fill(0.0);
-        pulp::Arch::new().dispatch(AssembleElements { body: self, stage, residual, values })
+        Assemble { body: self, stage, residual, values }.run(self.geometry.elements.len())
     }
 
     /// Adds a layer under the punch that holds back radial displacement: `stiffness` (Pa/m) per reference area,
@@ -152,40 +169,37 @@ impl Body<'_> {
             let slip: f64 = (0..NODES).map(|a| place.n[a] * x_e[2 * a]).sum();
             let traction = stiffness * place.measure;
             let unknowns = &self.map.unknowns[face.element];
-            let first = face.element * UNKNOWNS * UNKNOWNS;
             for a in 0..NODES {
                 residual[unknowns[2 * a] as usize] += traction * place.n[a] * slip;
                 for b in 0..NODES {
-                    let target = self.map.positions[first + 2 * a * UNKNOWNS + 2 * b];
-                    values[target as usize] += traction * place.n[a] * place.n[b];
+                    values[self.map.position(face.element, 2 * a, 2 * b)] +=
+                        traction * place.n[a] * place.n[b];
                 }
             }
         }
     }
 }
 
-/// The loop over the elements, compiled for the machine's vector instructions.
-struct AssembleElements<'a> {
-    body: &'a Body<'a>,
-    stage: &'a Stage<'a>,
-    residual: &'a mut [f64],
-    values: &'a mut [f64],
+/// The loop of [`Body::assemble`].
+pub(super) struct Assemble<'a> {
+    pub body: &'a Body<'a>,
+    pub stage: &'a Stage<'a>,
+    pub residual: &'a mut [f64],
+    pub values: &'a mut [f64],
 }
 
-impl pulp::NullaryFnOnce for AssembleElements<'_> {
-    type Output = Result<(), Inadmissible>;
-
+impl ElementLoop for Assemble<'_> {
     #[inline(always)]
-    fn call(self) -> Self::Output {
+    fn group<S: Simd>(&mut self, group: &Group<S>) -> Option<()> {
         let Self { body: Body { geometry, map, material }, stage, residual, values } = self;
-        let mut system = ElementSystem::default();
-        for (index, points) in geometry.elements.iter().enumerate() {
-            let x_e = map.gather(index, stage.x);
-            let old = stage.old.element(index, material.branches());
-            kernel::evaluate(points, material, &x_e, old, stage.dt, &mut system)
-                .ok_or(Inadmissible { element: index })?;
-            map.scatter(index, &system, residual, values);
-        }
-        Ok(())
+        let places = group.geometry(geometry);
+        let load = closure!(|packet: &Packet| group.load(packet));
+        let x = group.unknowns(map, stage.x);
+        let old = group.history(stage.old);
+        let mut system = ElementSystem::filled(group.splat(0.0));
+        kernel::evaluate((places, load), material, &x, old.state(), stage.dt, &mut system)?;
+        group.scatter(map, &system.residual, residual);
+        map.scatter_tangent(group, &system.tangent, values);
+        Some(())
     }
 }

@@ -2,9 +2,12 @@
 
 use super::assembly::{Body, History, Inadmissible, Stage};
 use super::geometry::FacePoint;
+use super::group::{ElementLoop, Group};
 use super::kernel::Point;
-use super::shape::{POINTS, gauss_lagrange, volumetric_lagrange};
+use super::shape::{gauss_lagrange, volumetric_lagrange};
 use crate::effect::softening::Softening;
+use crate::number::{Packet, closure};
+use pulp::Simd;
 
 /// Volume integrals at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -32,42 +35,10 @@ impl Body<'_> {
         reach: f64,
         new: &mut History,
     ) -> Result<Integrals, Inadmissible> {
-        let Self { geometry, map, material } = self;
-        let Stage { x, old, dt } = *stage;
-        let branches = material.branches();
-        let mut integrals = Integrals::default();
-        for (index, places) in geometry.elements.iter().enumerate() {
-            let failed = Inadmissible { element: index };
-            let x_e = map.gather(index, x);
-            for place in &places.volumetric {
-                let j = Point::at(place, &x_e).ok_or(failed)?.jacobian;
-                integrals.stored_energy += place.measure * material.volumetric.energy(j);
-            }
-            for (k, place) in places.points.iter().enumerate() {
-                let point = Point::at(place, &x_e).ok_or(failed)?;
-                let at = index * POINTS + k;
-                let range = at * branches..(at + 1) * branches;
-                let energetics = material
-                    .update(&point.f, &old.cv_inverse[range.clone()], dt, reach, &mut new.cv_inverse[range])
-                    .ok_or(failed)?;
-                let mut left = 1.0;
-                if let Some(softening) = &material.softening {
-                    let past = Softening::past_strain(&point.f, old.past_strain[at]).ok_or(failed)?;
-                    new.past_strain[at] = past;
-                    left = softening.factor(past);
-                }
-                let j = point.jacobian;
-                new.jacobian[at] = old.jacobian[at] + reach * (j - old.jacobian[at]);
-                let (mobility, _) = material.darcy.referential_mobility(j);
-                let g = point.grad_p;
-                integrals.stored_energy += left * place.measure * energetics.stored_energy;
-                integrals.viscous_dissipation_rate +=
-                    left * place.measure * energetics.viscous_dissipation_rate;
-                integrals.porous_dissipation_rate += place.measure * mobility * (g[0] * g[0] + g[1] * g[1]);
-                integrals.volume_change += place.measure * (j - 1.0);
-            }
-        }
-        Ok(integrals)
+        let mut sums = [0.0; 4];
+        Update { body: self, stage, reach, new, sums: &mut sums }.run(self.geometry.elements.len())?;
+        let [stored_energy, viscous_dissipation_rate, porous_dissipation_rate, volume_change] = sums;
+        Ok(Integrals { stored_energy, viscous_dissipation_rate, porous_dissipation_rate, volume_change })
     }
 
     /// Fluid force and traction integral over the punch's face (N), positive into the sample.
@@ -113,5 +84,61 @@ impl Body<'_> {
             traction -= place.measure * ((sigma[0] - point.pressure) * normal[1] + sigma[1] * normal[0]);
         }
         Ok((fluid, traction))
+    }
+}
+
+/// The loop of [`Body::update`].
+pub(super) struct Update<'a> {
+    pub body: &'a Body<'a>,
+    pub stage: &'a Stage<'a>,
+    pub reach: f64,
+    pub new: &'a mut History,
+    /// The integrals, in the order of their fields.
+    pub sums: &'a mut [f64; 4],
+}
+
+impl ElementLoop for Update<'_> {
+    #[inline(always)]
+    fn group<S: Simd>(&mut self, group: &Group<S>) -> Option<()> {
+        let Body { geometry, map, material } = self.body;
+        let (reach, dt) = (self.reach, self.stage.dt);
+        let places = group.geometry(geometry);
+        let load = closure!(|packet: &Packet| group.load(packet));
+        let x = group.unknowns(map, self.stage.x);
+        let old = group.history(self.stage.old);
+        let mut new = group.history(self.stage.old);
+        let branches = material.branches();
+        let [mut stored, mut viscous, mut porous, mut volume] = [group.splat(0.0); 4];
+        for place in &places.volumetric {
+            let place = place.load(load);
+            stored += place.measure * material.volumetric.energy(Point::at(&place, &x)?.jacobian);
+        }
+        for (k, place) in places.points.iter().enumerate() {
+            let place = place.load(load);
+            let point = Point::at(&place, &x)?;
+            let range = k * branches..(k + 1) * branches;
+            let (history, updated) = (&old.cv_inverse[range.clone()], &mut new.cv_inverse[range]);
+            let energetics = material.update(&point.f, history, dt, reach, updated)?;
+            let mut weight = place.measure;
+            if let Some(softening) = &material.softening {
+                let past = Softening::past_strain(&point.f, *old.past_strain.get(k)?)?;
+                new.past_strain[k] = past;
+                weight = weight * softening.factor(past);
+            }
+            let j = point.jacobian;
+            new.jacobian[k] = old.jacobian[k] + (j - old.jacobian[k]) * reach;
+            let (mobility, _) = material.darcy.referential_mobility(j);
+            let g = point.grad_p;
+            stored += weight * energetics.stored_energy;
+            viscous += weight * energetics.viscous_dissipation_rate;
+            porous += place.measure * mobility * (g[0] * g[0] + g[1] * g[1]);
+            volume += place.measure * (j - 1.0);
+        }
+        new.store(group, self.new);
+        for (sum, lanes) in self.sums.iter_mut().zip([stored, viscous, porous, volume]) {
+            // Elements that fill the group up have no volume.
+            *sum += lanes.as_slice().iter().sum::<f64>();
+        }
+        Some(())
     }
 }

@@ -2,23 +2,73 @@
 
 use super::shape::{GAUSS_POINTS, POINTS, Shape, VOLUMETRIC_POINTS};
 use crate::mesh::{CORNERS, Element, Face, Mesh, NODES};
+use crate::number::{PACKET, Packet};
 use std::f64::consts::TAU;
+
+#[inline(always)]
+fn load_each<const N: usize, G, T: Copy>(v: &[G; N], load: impl Fn(&G) -> T) -> [T; N] {
+    let mut result = [load(&v[0]); N];
+    for i in 1..N {
+        result[i] = load(&v[i]);
+    }
+    result
+}
+
+#[inline(always)]
+fn load_pairs<const N: usize, G, T: Copy>(v: &[[G; 2]; N], load: impl Fn(&G) -> T + Copy) -> [[T; 2]; N] {
+    let mut result = [load_each(&v[0], load); N];
+    for i in 1..N {
+        result[i] = load_each(&v[i], load);
+    }
+    result
+}
 
 /// What the kernel needs to know of the reference configuration at one point.
 #[derive(Debug, Clone, Copy)]
-pub struct PointGeometry {
+pub struct PointGeometry<T = f64> {
     /// Displacement functions.
-    pub n: [f64; NODES],
+    pub n: [T; NODES],
     /// Their gradients with respect to (R, Z) (1/m).
-    pub gradient: [[f64; 2]; NODES],
+    pub gradient: [[T; 2]; NODES],
     /// Pressure functions.
-    pub p: [f64; CORNERS],
+    pub p: [T; CORNERS],
     /// Their gradients (1/m).
-    pub pressure_gradient: [[f64; 2]; CORNERS],
+    pub pressure_gradient: [[T; 2]; CORNERS],
     /// R (m).
-    pub radius: f64,
+    pub radius: T,
     /// `2 pi R dA` (m^3), or `2 pi R dL` (m^2) on a face.
-    pub measure: f64,
+    pub measure: T,
+}
+
+impl<G> PointGeometry<G> {
+    /// The same in numbers of another kind.
+    #[inline(always)]
+    pub fn load<T: Copy>(&self, load: impl Fn(&G) -> T + Copy) -> PointGeometry<T> {
+        PointGeometry {
+            n: load_each(&self.n, load),
+            gradient: load_pairs(&self.gradient, load),
+            p: load_each(&self.p, load),
+            pressure_gradient: load_pairs(&self.pressure_gradient, load),
+            radius: load(&self.radius),
+            measure: load(&self.measure),
+        }
+    }
+}
+
+impl PointGeometry<Packet> {
+    fn packed(of: [&PointGeometry; PACKET]) -> Self {
+        let each = |value: &dyn Fn(&PointGeometry) -> f64| Packet(of.map(value));
+        Self {
+            n: std::array::from_fn(|a| each(&|g| g.n[a])),
+            gradient: std::array::from_fn(|a| std::array::from_fn(|d| each(&|g| g.gradient[a][d]))),
+            p: std::array::from_fn(|m| each(&|g| g.p[m])),
+            pressure_gradient: std::array::from_fn(|m| {
+                std::array::from_fn(|d| each(&|g| g.pressure_gradient[m][d]))
+            }),
+            radius: each(&|g| g.radius),
+            measure: each(&|g| g.measure),
+        }
+    }
 }
 
 impl PointGeometry {
@@ -66,11 +116,30 @@ pub struct FacePoint {
 
 /// Geometry of the integration points of one element.
 #[derive(Debug, Clone, Copy)]
-pub struct ElementGeometry {
+pub struct ElementGeometry<T = f64> {
     /// The 3 x 3 Gauss points.
-    pub points: [PointGeometry; POINTS],
+    pub points: [PointGeometry<T>; POINTS],
     /// The 2 x 2 Gauss points of the volumetric law.
-    pub volumetric: [PointGeometry; CORNERS],
+    pub volumetric: [PointGeometry<T>; CORNERS],
+}
+
+impl ElementGeometry<Packet> {
+    /// Consecutive elements, at most [`PACKET`]; copies of the last without any volume fill the packet up.
+    fn packed(elements: &[ElementGeometry]) -> Self {
+        let lanes: [ElementGeometry; PACKET] = std::array::from_fn(|lane| {
+            let mut copy = elements[lane.min(elements.len() - 1)];
+            if lane >= elements.len() {
+                copy.points.iter_mut().chain(&mut copy.volumetric).for_each(|point| point.measure = 0.0);
+            }
+            copy
+        });
+        Self {
+            points: std::array::from_fn(|k| PointGeometry::packed(lanes.each_ref().map(|e| &e.points[k]))),
+            volumetric: std::array::from_fn(|k| {
+                PointGeometry::packed(lanes.each_ref().map(|e| &e.volumetric[k]))
+            }),
+        }
+    }
 }
 
 /// Geometry of all quadrature points of a mesh.
@@ -78,6 +147,8 @@ pub struct ElementGeometry {
 pub struct Geometry {
     /// Integration points of every element.
     pub elements: Vec<ElementGeometry>,
+    /// The same of [`PACKET`] elements at a time.
+    pub packets: Vec<ElementGeometry<Packet>>,
     /// Quadrature points of the punch's face.
     pub face: Vec<FacePoint>,
 }
@@ -90,9 +161,10 @@ impl Geometry {
             points: std::array::from_fn(|k| at(e, &GAUSS_POINTS[k])),
             volumetric: std::array::from_fn(|k| at(e, &VOLUMETRIC_POINTS[k])),
         });
-        let elements = elements.collect();
+        let elements: Vec<_> = elements.collect();
+        let packets = elements.chunks(PACKET).map(ElementGeometry::packed).collect();
         let face = mesh.punch_faces().iter().flat_map(|f| face_points(mesh, f)).collect();
-        Self { elements, face }
+        Self { elements, packets, face }
     }
 }
 

@@ -7,80 +7,88 @@
 //! a drained skeleton is nearly incompressible, and at 3 x 3 points its quadratic element would lock.
 
 use super::geometry::{ElementGeometry, PointGeometry};
-use crate::material::PointMaterial;
-use crate::material::Voigt;
 use crate::material::point::DeformationGradient;
+use crate::material::{PointMaterial, Voigt, Voigt2};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
+use crate::number::{Real, closure, each};
 
 /// Element residual and tangent; unknowns as in [`crate::mesh::Mesh::element_unknowns`].
 #[derive(Debug, Clone)]
-pub struct ElementSystem {
+pub struct ElementSystem<T = f64> {
     /// Internal nodal forces (N), then fluid volumes of the step (m^3).
-    pub residual: [f64; UNKNOWNS],
+    pub residual: [T; UNKNOWNS],
     /// Derivative of the residual.
-    pub tangent: [[f64; UNKNOWNS]; UNKNOWNS],
+    pub tangent: [[T; UNKNOWNS]; UNKNOWNS],
 }
 
-impl Default for ElementSystem {
-    fn default() -> Self {
-        Self { residual: [0.0; UNKNOWNS], tangent: [[0.0; UNKNOWNS]; UNKNOWNS] }
+impl<T: Copy> ElementSystem<T> {
+    /// With the same number everywhere.
+    #[inline(always)]
+    pub fn filled(value: T) -> Self {
+        Self { residual: [value; UNKNOWNS], tangent: [[value; UNKNOWNS]; UNKNOWNS] }
     }
 }
 
 /// Kinematics at one point of an element.
 #[derive(Debug, Clone, Copy)]
-pub struct Point {
+pub struct Point<T = f64> {
     /// Deformation gradient.
-    pub f: DeformationGradient,
+    pub f: DeformationGradient<T>,
     /// J.
-    pub jacobian: f64,
+    pub jacobian: T,
     /// Spatial gradients of the displacement functions (1/m).
-    pub gradient: [[f64; 2]; NODES],
+    pub gradient: [[T; 2]; NODES],
     /// `N_a / r`, the hoop strain of a unit radial displacement (1/m).
-    pub hoop: [f64; NODES],
+    pub hoop: [T; NODES],
     /// Spatial gradients of the pressure functions (1/m).
-    pub pressure_gradient: [[f64; 2]; CORNERS],
+    pub pressure_gradient: [[T; 2]; CORNERS],
     /// Pore pressure (Pa).
-    pub pressure: f64,
+    pub pressure: T,
     /// Spatial pressure gradient (Pa/m).
-    pub grad_p: [f64; 2],
+    pub grad_p: [T; 2],
 }
 
-impl Point {
-    /// Evaluates the kinematics; `x` are the element's unknowns. `None` when turned inside out.
+impl<T: Real> Point<T> {
+    /// Evaluates the kinematics; `x` are the element's unknowns. `None` when turned inside out (in any lane).
     #[inline(always)]
-    pub fn at(geometry: &PointGeometry, x: &[f64; UNKNOWNS]) -> Option<Self> {
-        let (mut plane, mut u_r) = ([[1.0, 0.0], [0.0, 1.0]], 0.0);
+    pub fn at(geometry: &PointGeometry<T>, x: &[T; UNKNOWNS]) -> Option<Self> {
+        let zero = geometry.radius.constant(0.0);
+        let one = geometry.radius.constant(1.0);
+        let (mut plane, mut u_r) = ([[one, zero], [zero, one]], zero);
         for a in 0..NODES {
             let g = geometry.gradient[a];
             for d in 0..2 {
-                plane[0][d] += x[2 * a] * g[d];
-                plane[1][d] += x[2 * a + 1] * g[d];
+                plane[0][d] = x[2 * a].mul_add(g[d], plane[0][d]);
+                plane[1][d] = x[2 * a + 1].mul_add(g[d], plane[1][d]);
             }
-            u_r += x[2 * a] * geometry.n[a];
+            u_r = x[2 * a].mul_add(geometry.n[a], u_r);
         }
-        let f = DeformationGradient { plane, hoop: 1.0 + u_r / geometry.radius };
+        let f = DeformationGradient { plane, hoop: u_r / geometry.radius + 1.0 };
         let jacobian = f.determinant();
-        if !(jacobian > 0.0 && f.hoop > 0.0) {
+        if !(jacobian.all_greater(zero) && f.hoop.all_greater(zero)) {
             return None;
         }
         let inverse = f.inverse().plane;
-        let push = |g: [f64; 2]| {
-            [g[0] * inverse[0][0] + g[1] * inverse[1][0], g[0] * inverse[0][1] + g[1] * inverse[1][1]]
-        };
-        let pressure_gradient = geometry.pressure_gradient.map(push);
-        let (mut pressure, mut grad_p) = (0.0, [0.0; 2]);
+        let push = closure!(|g: [T; 2]| {
+            [
+                g[0].mul_add(inverse[0][0], g[1] * inverse[1][0]),
+                g[0].mul_add(inverse[0][1], g[1] * inverse[1][1]),
+            ]
+        });
+        let pressure_gradient = each(&geometry.pressure_gradient, push);
+        let (mut pressure, mut grad_p) = (zero, [zero; 2]);
         for m in 0..CORNERS {
             let p = x[2 * NODES + m];
-            pressure += geometry.p[m] * p;
-            grad_p[0] += pressure_gradient[m][0] * p;
-            grad_p[1] += pressure_gradient[m][1] * p;
+            pressure = geometry.p[m].mul_add(p, pressure);
+            grad_p[0] = pressure_gradient[m][0].mul_add(p, grad_p[0]);
+            grad_p[1] = pressure_gradient[m][1].mul_add(p, grad_p[1]);
         }
+        let inverse_radius = (geometry.radius + u_r).recip();
         Some(Self {
             f,
             jacobian,
-            gradient: geometry.gradient.map(push),
-            hoop: geometry.n.map(|n| n / (geometry.radius + u_r)),
+            gradient: each(&geometry.gradient, push),
+            hoop: each(&geometry.n, closure!(|n: T| n * inverse_radius)),
             pressure_gradient,
             pressure,
             grad_p,
@@ -90,29 +98,34 @@ impl Point {
 
 /// History at the start of a step, at the Gauss points of one element.
 #[derive(Debug, Clone, Copy)]
-pub struct PointState<'a> {
+pub struct PointState<'a, T = f64> {
     /// J of every point.
-    pub jacobian: &'a [f64],
+    pub jacobian: &'a [T],
     /// `Cv^-1` of every branch, point by point.
-    pub cv_inverse: &'a [Voigt],
+    pub cv_inverse: &'a [Voigt<T>],
     /// Largest strain so far of every point; empty unless the material softens with it.
-    pub past_strain: &'a [f64],
+    pub past_strain: &'a [T],
 }
 
-/// Fills `system` for the unknowns `x` at the end of a step of `dt` (s); `None` when inadmissible.
+/// Fills `system` for the unknowns `x` at the end of a step of `dt` (s); `None` when inadmissible (in any lane).
+///
+/// `load` reads a number of the stored `geometry`.
 #[inline(always)]
-pub fn evaluate(
-    geometry: &ElementGeometry,
+pub fn evaluate<G, T: Real>(
+    (geometry, load): (&ElementGeometry<G>, impl Fn(&G) -> T + Copy),
     material: &PointMaterial,
-    x: &[f64; UNKNOWNS],
-    old: PointState<'_>,
+    x: &[T; UNKNOWNS],
+    old: PointState<'_, T>,
     dt: f64,
-    system: &mut ElementSystem,
+    system: &mut ElementSystem<T>,
 ) -> Option<()> {
-    *system = ElementSystem::default();
+    *system = ElementSystem::filled(x[0].constant(0.0));
     let branches = material.branches();
+    // Stress of a softening point does not have the direction of the strain that softens it.
+    let symmetric = material.softening.is_none();
     for (k, place) in geometry.points.iter().enumerate() {
-        let point = Point::at(place, x)?;
+        let place = place.load(load);
+        let point = Point::at(&place, x)?;
         let history = &old.cv_inverse[k * branches..(k + 1) * branches];
         let mut elasticity = material.elasticity(&point.f, history, dt)?;
         if let Some(softening) = &material.softening {
@@ -129,166 +142,140 @@ pub fn evaluate(
             for column in c[i].iter_mut().take(3) {
                 *column -= pore;
             }
-            c[i][i] += 2.0 * pore;
+            c[i][i] += pore * 2.0;
         }
         c[3][3] += pore;
 
-        let rows = Rows::of(&point);
-        momentum(&point, &rows, &tau, &c, w, system);
-        coupling(&rows, &place.p, w * j, system);
-        mass(&point, &rows, place, material, j - old.jacobian[k], dt, system);
+        let scaled = closure!(|v: Voigt<T>| each(&v, closure!(|v: T| v * w)));
+        momentum(&point, (&scaled(tau), &each(&c, scaled)), symmetric, system);
+        mass(&point, &place, material, j - old.jacobian[k], dt, system);
     }
     for place in &geometry.volumetric {
-        let point = Point::at(place, x)?;
+        let place = place.load(load);
+        let point = Point::at(&place, x)?;
         let (tau, stiffness) = material.volumetric_stress(point.jacobian)?;
-        volumetric(&point, place.measure * tau, place.measure * stiffness, system);
+        volumetric(&point, (place.measure * tau, place.measure * stiffness), symmetric, system);
+    }
+    if symmetric {
+        for i in 0..PRESSURES {
+            for j in 0..i {
+                system.tangent[j][i] = system.tangent[i][j];
+            }
+        }
     }
     Some(())
 }
 
-/// Displacement unknowns of an element.
-const DISPLACEMENTS: usize = 2 * NODES;
+/// First unknown that is a pressure.
+const PRESSURES: usize = 2 * NODES;
 
-/// Linear forms of the element's displacements at a point; whole rows, so that the loops vectorise (1/m).
-struct Rows {
-    /// Strains rr, zz, tt and engineering shear rz.
-    strain: [[f64; DISPLACEMENTS]; 4],
-    /// `d u_r / dz` and `d u_z / dr`, the two parts of the shear.
-    shear: [[f64; DISPLACEMENTS]; 2],
-    /// Divergence.
-    divergence: [f64; DISPLACEMENTS],
-}
-
-impl Rows {
-    #[inline(always)]
-    fn of(point: &Point) -> Self {
-        let zero = [0.0; DISPLACEMENTS];
-        let (mut strain, mut shear, mut divergence) = ([zero; 4], [zero; 2], zero);
-        for a in 0..NODES {
-            let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-            let (r, z) = (2 * a, 2 * a + 1);
-            (strain[0][r], strain[1][z], strain[2][r]) = (gr, gz, h);
-            (strain[3][r], strain[3][z]) = (gz, gr);
-            (shear[0][r], shear[1][z]) = (gz, gr);
-            (divergence[r], divergence[z]) = (gr + h, gz);
-        }
-        Self { strain, shear, divergence }
-    }
-}
-
-/// `row += sum_k factors[k] forms[k]`.
+/// Stress `tau` and tangent `c`, both times the volume; where the element's tangent is symmetric, only its lower
+/// half.
 #[inline(always)]
-fn add_forms<const K: usize>(
-    row: &mut [f64; UNKNOWNS],
-    factors: [f64; K],
-    forms: [&[f64; DISPLACEMENTS]; K],
+fn momentum<T: Real>(
+    point: &Point<T>,
+    (tau, c): (&Voigt<T>, &Voigt2<T>),
+    symmetric: bool,
+    system: &mut ElementSystem<T>,
 ) {
-    for j in 0..DISPLACEMENTS {
-        let mut sum = row[j];
-        for k in 0..K {
-            sum = factors[k].mul_add(forms[k][j], sum);
+    for b in 0..NODES {
+        let ([gr, gz], h) = (point.gradient[b], point.hoop[b]);
+        // Stress by a radial and by an axial displacement of the node, and the present stress turned by it.
+        let radial = closure!(|i: usize| c[i][0].mul_add(gr, c[i][2].mul_add(h, c[i][3] * gz)));
+        let axial = closure!(|i: usize| c[i][1].mul_add(gz, c[i][3] * gr));
+        let turned = [tau[0].mul_add(gr, tau[3] * gz), tau[3].mul_add(gr, tau[1] * gz)];
+        let (radial_shear, axial_shear) = (radial(3), axial(3));
+        let rr = [radial(0) + turned[0], tau[2].mul_add(h, radial(2)), radial_shear + turned[1]];
+        let rz = [axial(0), axial(2), axial_shear];
+        let zr = [radial(1), radial_shear];
+        let zz = [axial(1) + turned[1], axial_shear + turned[0]];
+        system.residual[2 * b] += tau[2].mul_add(h, turned[0]);
+        system.residual[2 * b + 1] += turned[1];
+        for a in if symmetric { b } else { 0 }..NODES {
+            let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+            let across =
+                closure!(|v: [T; 3], sum: T| gr.mul_add(v[0], h.mul_add(v[1], gz.mul_add(v[2], sum))));
+            let along = closure!(|v: [T; 2], sum: T| gz.mul_add(v[0], gr.mul_add(v[1], sum)));
+            let [r, z] = rows(&mut system.tangent, a);
+            r[2 * b] = across(rr, r[2 * b]);
+            r[2 * b + 1] = across(rz, r[2 * b + 1]);
+            z[2 * b] = along(zr, z[2 * b]);
+            z[2 * b + 1] = along(zz, z[2 * b + 1]);
         }
-        row[j] = sum;
-    }
-}
-
-#[inline(always)]
-fn momentum(point: &Point, rows: &Rows, tau: &Voigt, c: &[[f64; 4]; 4], w: f64, system: &mut ElementSystem) {
-    let Rows { strain: [rr, zz, tt, rz], shear: [r_by_z, z_by_r], .. } = rows;
-    let mut cb = [[0.0; DISPLACEMENTS]; 4];
-    for (cb, c) in cb.iter_mut().zip(c) {
-        for j in 0..DISPLACEMENTS {
-            let sum = c[0].mul_add(rr[j], c[1] * zz[j]);
-            cb[j] = w * c[2].mul_add(tt[j], c[3].mul_add(rz[j], sum));
-        }
-    }
-    for a in 0..NODES {
-        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-        let traction = [w * (gr * tau[0] + gz * tau[3]), w * (gr * tau[3] + gz * tau[1])];
-        let hoop_stress = w * h * tau[2];
-        system.residual[2 * a] += traction[0] + hoop_stress;
-        system.residual[2 * a + 1] += traction[1];
-        add_forms(
-            &mut system.tangent[2 * a],
-            [gr, h, gz, traction[0], traction[1], hoop_stress],
-            [&cb[0], &cb[2], &cb[3], rr, r_by_z, tt],
-        );
-        add_forms(
-            &mut system.tangent[2 * a + 1],
-            [gz, gr, traction[0], traction[1]],
-            [&cb[1], &cb[3], z_by_r, zz],
-        );
     }
 }
 
 /// Isotropic stress `tau` with `stiffness` = J d tau / dJ, both times the volume.
 #[inline(always)]
-fn volumetric(point: &Point, tau: f64, stiffness: f64, system: &mut ElementSystem) {
-    let rows = Rows::of(point);
-    let Rows { strain: [rr, zz, tt, _], shear: [r_by_z, z_by_r], divergence } = &rows;
-    for a in 0..NODES {
-        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-        system.residual[2 * a] += tau * divergence[2 * a];
-        system.residual[2 * a + 1] += tau * divergence[2 * a + 1];
-        add_forms(
-            &mut system.tangent[2 * a],
-            [stiffness * divergence[2 * a], -tau * gr, -tau * gz, -tau * h],
-            [divergence, rr, z_by_r, tt],
-        );
-        add_forms(
-            &mut system.tangent[2 * a + 1],
-            [stiffness * divergence[2 * a + 1], -tau * gr, -tau * gz],
-            [divergence, r_by_z, zz],
-        );
-    }
-}
-
-#[inline(always)]
-fn coupling(rows: &Rows, p: &[f64; CORNERS], wj: f64, system: &mut ElementSystem) {
-    for (row, divergence) in system.tangent.iter_mut().zip(&rows.divergence) {
-        for m in 0..CORNERS {
-            row[DISPLACEMENTS + m] -= wj * divergence * p[m];
+fn volumetric<T: Real>(
+    point: &Point<T>,
+    (tau, stiffness): (T, T),
+    symmetric: bool,
+    system: &mut ElementSystem<T>,
+) {
+    for b in 0..NODES {
+        let ([gr, gz], h) = (point.gradient[b], point.hoop[b]);
+        let radial = (gr + h) * stiffness;
+        let (rr, tt) = (radial - tau * gr, radial - tau * h);
+        let (axial, shear_r, shear_z) = (gz * stiffness, -(tau * gr), -(tau * gz));
+        let zz = axial + shear_z;
+        system.residual[2 * b] += (gr + h) * tau;
+        system.residual[2 * b + 1] += gz * tau;
+        for a in if symmetric { b } else { 0 }..NODES {
+            let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+            let [r, z] = rows(&mut system.tangent, a);
+            r[2 * b] = gr.mul_add(rr, h.mul_add(tt, r[2 * b]));
+            r[2 * b + 1] = (gr + h).mul_add(axial, gz.mul_add(shear_r, r[2 * b + 1]));
+            z[2 * b] = gz.mul_add(radial, gr.mul_add(shear_z, z[2 * b]));
+            z[2 * b + 1] = gz.mul_add(zz, z[2 * b + 1]);
         }
     }
-    for m in 0..CORNERS {
-        add_forms(&mut system.tangent[DISPLACEMENTS + m], [wj * p[m]], [&rows.divergence]);
-    }
 }
 
+/// Radial and axial row of a node.
 #[inline(always)]
-fn mass(
-    point: &Point,
-    rows: &Rows,
-    place: &PointGeometry,
+fn rows<T>(tangent: &mut [[T; UNKNOWNS]; UNKNOWNS], node: usize) -> [&mut [T; UNKNOWNS]; 2] {
+    let (above, below) = tangent.split_at_mut(2 * node + 1);
+    [&mut above[2 * node], &mut below[0]]
+}
+
+/// Fluid volumes, and how they depend on the displacements as well as the forces on the pressures.
+#[inline(always)]
+fn mass<T: Real>(
+    point: &Point<T>,
+    place: &PointGeometry<T>,
     material: &PointMaterial,
-    growth: f64,
+    growth: T,
     dt: f64,
-    system: &mut ElementSystem,
+    system: &mut ElementSystem<T>,
 ) {
     let (mobility, slope) = material.darcy.referential_mobility(point.jacobian);
-    let (w, wk) = (place.measure, place.measure * dt * mobility);
-    let w_slope = place.measure * dt * slope * point.jacobian;
-    let Rows { strain: [rr, zz, _, rz], divergence, .. } = rows;
+    let (w, wk) = (place.measure, place.measure * mobility * dt);
+    let w_slope = place.measure * slope * point.jacobian * dt;
+    let wj = w * point.jacobian;
     let g = point.grad_p;
     for m in 0..CORNERS {
         let gm = point.pressure_gradient[m];
         let along = gm[0] * g[0] + gm[1] * g[1];
-        let row = DISPLACEMENTS + m;
+        let row = PRESSURES + m;
+        let share = wj * place.p[m];
         system.residual[row] += w * place.p[m] * growth + wk * along;
         // Both gradients are pushed forward: their product changes by -grad q . (l + l^T) . grad p.
-        add_forms(
-            &mut system.tangent[row],
-            [
-                w_slope * along,
-                -2.0 * wk * gm[0] * g[0],
-                -wk * (gm[0] * g[1] + gm[1] * g[0]),
-                -2.0 * wk * gm[1] * g[1],
-            ],
-            [divergence, rr, rz, zz],
-        );
+        let divergence = w_slope.mul_add(along, share);
+        let rr = divergence - wk * gm[0] * g[0] * 2.0;
+        let zz = divergence - wk * gm[1] * g[1] * 2.0;
+        let rz = -(wk * (gm[0] * g[1] + gm[1] * g[0]));
+        for a in 0..NODES {
+            let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+            let fluid = &mut system.tangent[row];
+            fluid[2 * a] = gr.mul_add(rr, gz.mul_add(rz, h.mul_add(divergence, fluid[2 * a])));
+            fluid[2 * a + 1] = gz.mul_add(zz, gr.mul_add(rz, fluid[2 * a + 1]));
+            system.tangent[2 * a][row] -= share * (gr + h);
+            system.tangent[2 * a + 1][row] -= share * gz;
+        }
         for n in 0..CORNERS {
             let gn = point.pressure_gradient[n];
-            system.tangent[row][DISPLACEMENTS + n] += wk * (gm[0] * gn[0] + gm[1] * gn[1]);
+            system.tangent[row][PRESSURES + n] += wk * (gm[0] * gn[0] + gm[1] * gn[1]);
         }
     }
 }
@@ -319,8 +306,8 @@ mod tests {
         cv_inverse[3] = [1.1, 0.95, 1.0 / (1.1 * 0.95 - 0.0004), 0.02];
         let old = PointState { jacobian: &jacobian, cv_inverse: &cv_inverse, past_strain: &[] };
         let dt = 0.02;
-        let mut exact = ElementSystem::default();
-        evaluate(&geometry, &material, &x, old, dt, &mut exact).unwrap();
+        let mut exact = ElementSystem::filled(0.0);
+        evaluate((&geometry, |g| *g), &material, &x, old, dt, &mut exact).unwrap();
         let block = |k: usize| usize::from(k >= 2 * NODES);
         let mut largest = [[0.0_f64; 2]; 2];
         for i in 0..UNKNOWNS {
@@ -334,8 +321,8 @@ mod tests {
             let shifted = |s: f64| {
                 let mut y = x;
                 y[j] += s;
-                let mut system = ElementSystem::default();
-                evaluate(&geometry, &material, &y, old, dt, &mut system).unwrap();
+                let mut system = ElementSystem::filled(0.0);
+                evaluate((&geometry, |g| *g), &material, &y, old, dt, &mut system).unwrap();
                 system.residual
             };
             let (up, down) = (shifted(h), shifted(-h));

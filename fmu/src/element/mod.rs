@@ -3,9 +3,12 @@
 pub mod assembly;
 pub mod field;
 pub mod geometry;
+mod group;
 pub mod kernel;
 pub mod sensitivity;
 pub mod shape;
+#[cfg(test)]
+mod tests;
 
 pub use assembly::{AssemblyMap, Body, History, Inadmissible, Stage};
 pub use kernel::{ElementSystem, Point, PointState};

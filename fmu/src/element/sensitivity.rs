@@ -2,47 +2,49 @@
 
 use super::Body;
 use super::assembly::{Inadmissible, Stage};
+use super::group::{ElementLoop, Group};
 use super::kernel::Point;
 use super::shape::POINTS;
 use crate::effect::softening::Softening;
-use crate::material::sensitivity::{Flow, SpatialGradient};
-use crate::material::{MaterialParameter, Voigt};
+use crate::material::sensitivity::{SpatialGradient, Step};
+use crate::material::{MaterialParameter, PointMaterial, Voigt};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
+use crate::number::{Lanes, PACKET, Packet, Real, closure, each};
+use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
-/// Change of the history of all integration points by every parameter.
+/// Change of the history of all integration points by every parameter, of [`PACKET`] elements at a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct HistorySensitivity {
     /// Of J, point by point and parameter by parameter.
-    pub jacobian: Vec<f64>,
+    pub jacobian: Vec<Packet>,
     /// Of `Cv^-1`, point by point, parameter by parameter and branch by branch.
-    pub cv_inverse: Vec<Voigt>,
+    pub cv_inverse: Vec<Voigt<Packet>>,
     /// Of the largest strain so far, point by point and parameter by parameter; empty unless the material
     /// softens with it.
-    pub past_strain: Vec<f64>,
+    pub past_strain: Vec<Packet>,
 }
 
 impl HistorySensitivity {
     /// The undeformed state does not depend on any parameter.
     pub fn undeformed(elements: usize, branches: usize) -> Self {
-        let each = elements * POINTS * MaterialParameter::count(branches);
+        let each = elements.div_ceil(PACKET) * POINTS * MaterialParameter::count(branches);
         Self {
-            jacobian: vec![0.0; each],
-            cv_inverse: vec![[0.0; 4]; each * branches],
+            jacobian: vec![Packet::default(); each],
+            cv_inverse: vec![[Packet::default(); 4]; each * branches],
             past_strain: Vec::new(),
         }
     }
 
     /// The same of a material that softens with past strain, where `softens` says so.
     pub fn remembering(mut self, softens: bool) -> Self {
-        self.past_strain = vec![0.0; if softens { self.jacobian.len() } else { 0 }];
+        self.past_strain = vec![Packet::default(); if softens { self.jacobian.len() } else { 0 }];
         self
     }
 }
 
 impl Body<'_> {
     /// Change of the residual at fixed unknowns, parameter by parameter, each as long as the unknowns.
-    /// `flows` keeps what [`Body::update_sensitivity`] needs, branch by branch at every point.
     ///
     /// # Errors
     /// The first element that cannot be evaluated.
@@ -50,28 +52,25 @@ impl Body<'_> {
         &self,
         stage: &Stage<'_>,
         old: &HistorySensitivity,
-        flows: &mut [Flow],
         loads: &mut [f64],
     ) -> Result<(), Inadmissible> {
-        pulp::Arch::new().dispatch(ResidualSensitivity { body: self, stage, old, flows, loads })
+        loads.fill(0.0);
+        ResidualSensitivity { body: self, stage, old, loads }.run(self.geometry.elements.len())
     }
 
-    /// Change of the history over a converged stage; `changes` are those of the
-    /// unknowns, parameter by parameter, `flows` those of [`Body::residual_sensitivity`].
+    /// Change of the history over a converged stage; `changes` are those of the unknowns, parameter by parameter.
     ///
     /// # Errors
     /// The first element that cannot be evaluated.
-    #[allow(clippy::too_many_arguments)]
     pub fn update_sensitivity(
         &self,
         stage: &Stage<'_>,
         reach: f64,
         changes: &[f64],
         old: &HistorySensitivity,
-        flows: &[Flow],
         new: &mut HistorySensitivity,
     ) -> Result<(), Inadmissible> {
-        pulp::Arch::new().dispatch(UpdateSensitivity { body: self, stage, reach, changes, old, flows, new })
+        UpdateSensitivity { body: self, stage, reach, changes, old, new }.run(self.geometry.elements.len())
     }
 
     /// Change of the fluid force on the punch (N per unit), parameter by parameter; `closed` tells which of the
@@ -105,165 +104,163 @@ impl Body<'_> {
     }
 }
 
-/// The loop of [`Body::residual_sensitivity`], compiled for the machine's vector instructions.
-struct ResidualSensitivity<'a> {
-    body: &'a Body<'a>,
-    stage: &'a Stage<'a>,
-    old: &'a HistorySensitivity,
-    flows: &'a mut [Flow],
-    loads: &'a mut [f64],
+/// The loop of [`Body::residual_sensitivity`].
+pub(super) struct ResidualSensitivity<'a> {
+    pub body: &'a Body<'a>,
+    pub stage: &'a Stage<'a>,
+    pub old: &'a HistorySensitivity,
+    pub loads: &'a mut [f64],
 }
 
-impl pulp::NullaryFnOnce for ResidualSensitivity<'_> {
-    type Output = Result<(), Inadmissible>;
-
+impl ElementLoop for ResidualSensitivity<'_> {
     #[inline(always)]
-    fn call(self) -> Self::Output {
-        let Self { body, stage, old, flows, loads } = self;
-        let material = body.material;
+    fn group<S: Simd>(&mut self, group: &Group<S>) -> Option<()> {
+        let Self { body: Body { geometry, map, material }, stage: Stage { x, old: history, dt }, old, loads } =
+            self;
         let branches = material.branches();
         let count = MaterialParameter::count(branches);
-        let unknowns = stage.x.len();
-        loads.fill(0.0);
-        let mut element_loads = vec![[0.0; UNKNOWNS]; count];
-        let mut stress = vec![[0.0; 4]; count];
-        let mut mobility = vec![0.0; count];
-        for (index, places) in body.geometry.elements.iter().enumerate() {
-            let failed = Inadmissible { element: index };
-            let x_e = body.map.gather(index, stage.x);
-            let history = stage.old.element(index, branches);
-            element_loads.fill([0.0; UNKNOWNS]);
-            for (k, place) in places.points.iter().enumerate() {
-                let point = Point::at(place, &x_e).ok_or(failed)?;
-                let at = (index * POINTS + k) * count;
-                let cv = &history.cv_inverse[k * branches..(k + 1) * branches];
-                let changes = &old.cv_inverse[at * branches..(at + count) * branches];
-                let flows = &mut flows[(index * POINTS + k) * branches..][..branches];
-                material
-                    .stress_sensitivity(&point.f, cv, changes, stage.dt, flows, &mut stress)
-                    .ok_or(failed)?;
-                if let Some(softening) = &material.softening {
-                    let undamaged =
-                        material.elasticity(&point.f, cv, stage.dt).ok_or(failed)?.kirchhoff_stress;
-                    let past = (history.past_strain[k], &old.past_strain[at..at + count]);
-                    softening.differentiate(&point.f, past, &undamaged, &mut stress).ok_or(failed)?;
-                }
-                mobility_sensitivity(body, point.jacobian, &mut mobility);
-                let w = place.measure;
-                let g = point.grad_p;
-                let along = point.pressure_gradient.map(|gm| gm[0] * g[0] + gm[1] * g[1]);
-                for (parameter, load) in element_loads.iter_mut().enumerate() {
-                    let tau = &stress[parameter];
-                    for a in 0..NODES {
-                        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-                        load[2 * a] += w * (gr * tau[0] + gz * tau[3] + h * tau[2]);
-                        load[2 * a + 1] += w * (gr * tau[3] + gz * tau[1]);
-                    }
-                    let (flow, growth) =
-                        (w * stage.dt * mobility[parameter], w * old.jacobian[at + parameter]);
-                    for m in 0..CORNERS {
-                        load[2 * NODES + m] += flow * along[m] - growth * place.p[m];
-                    }
-                }
+        let zero = group.splat(0.0);
+        let mut own_loads = vec![[zero; UNKNOWNS]; count];
+        let mut stress = vec![[zero; 4]; count];
+        let mut mobility = vec![zero; count];
+        let places = group.geometry(geometry);
+        let load = closure!(|packet: &Packet| group.load(packet));
+        let (x_e, history) = (group.unknowns(map, x), group.history(history));
+        for (k, place) in places.points.iter().enumerate() {
+            let place = place.load(load);
+            let point = Point::at(&place, &x_e)?;
+            let at = (group.packet() * POINTS + k) * count;
+            let step =
+                Step { f: &point.f, history: &history.cv_inverse[k * branches..(k + 1) * branches], dt: *dt };
+            let changes = closure!(|parameter: usize, branch: usize| {
+                group.load_tensor(&old.cv_inverse[(at + parameter) * branches + branch])
+            });
+            material.stress_sensitivity(step, changes, &mut stress)?;
+            if let Some(softening) = &material.softening {
+                let undamaged = material.elasticity(&point.f, step.history, *dt)?.kirchhoff_stress;
+                let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
+                let past = *history.past_strain.get(k)?;
+                softening.differentiate(&point.f, (past, changes), &undamaged, &mut stress)?;
             }
-            for place in &places.volumetric {
-                let point = Point::at(place, &x_e).ok_or(failed)?;
-                let [by_lambda, by_n0s] = material.volumetric.sensitivity(point.jacobian);
-                for (parameter, tau) in
-                    [(MaterialParameter::LambdaStar, by_lambda), (MaterialParameter::SolidFraction, by_n0s)]
-                {
-                    let load = &mut element_loads[parameter.index()];
-                    let pressure = place.measure * tau;
-                    for a in 0..NODES {
-                        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-                        load[2 * a] += pressure * (gr + h);
-                        load[2 * a + 1] += pressure * gz;
-                    }
+            mobility_sensitivity(material, point.jacobian, &mut mobility);
+            let w = place.measure;
+            let g = point.grad_p;
+            for (parameter, own) in own_loads.iter_mut().enumerate() {
+                let tau = each(&stress[parameter], closure!(|tau: Lanes<S>| tau * w));
+                for a in 0..NODES {
+                    let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+                    own[2 * a] = gr.mul_add(tau[0], gz.mul_add(tau[3], h.mul_add(tau[2], own[2 * a])));
+                    own[2 * a + 1] = gr.mul_add(tau[3], gz.mul_add(tau[1], own[2 * a + 1]));
                 }
-            }
-            for (load, total) in element_loads.iter().zip(loads.chunks_exact_mut(unknowns)) {
-                for (value, &unknown) in load.iter().zip(&body.map.unknowns[index]) {
-                    total[unknown as usize] += value;
+                let (flow, growth) = (w * mobility[parameter] * *dt, w * load(&old.jacobian[at + parameter]));
+                for m in 0..CORNERS {
+                    let gm = point.pressure_gradient[m];
+                    own[2 * NODES + m] += flow * (gm[0] * g[0] + gm[1] * g[1]) - growth * place.p[m];
                 }
             }
         }
-        Ok(())
+        for place in &places.volumetric {
+            let place = place.load(load);
+            let point = Point::at(&place, &x_e)?;
+            let [by_lambda, by_n0s] = material.volumetric.sensitivity(point.jacobian);
+            for (parameter, tau) in
+                [(MaterialParameter::LambdaStar, by_lambda), (MaterialParameter::SolidFraction, by_n0s)]
+            {
+                let own = &mut own_loads[parameter.index()];
+                let pressure = place.measure * tau;
+                for a in 0..NODES {
+                    let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+                    own[2 * a] += pressure * (gr + h);
+                    own[2 * a + 1] += pressure * gz;
+                }
+            }
+        }
+        for (own, total) in own_loads.iter().zip(loads.chunks_exact_mut(x.len())) {
+            group.scatter(map, own, total);
+        }
+        Some(())
     }
 }
 
-/// The loop of [`Body::update_sensitivity`], compiled for the machine's vector instructions.
-struct UpdateSensitivity<'a> {
-    body: &'a Body<'a>,
-    stage: &'a Stage<'a>,
-    reach: f64,
-    changes: &'a [f64],
-    old: &'a HistorySensitivity,
-    flows: &'a [Flow],
-    new: &'a mut HistorySensitivity,
+/// The loop of [`Body::update_sensitivity`].
+pub(super) struct UpdateSensitivity<'a> {
+    pub body: &'a Body<'a>,
+    pub stage: &'a Stage<'a>,
+    pub reach: f64,
+    pub changes: &'a [f64],
+    pub old: &'a HistorySensitivity,
+    pub new: &'a mut HistorySensitivity,
 }
 
-impl pulp::NullaryFnOnce for UpdateSensitivity<'_> {
-    type Output = Result<(), Inadmissible>;
-
+impl ElementLoop for UpdateSensitivity<'_> {
     #[inline(always)]
-    fn call(self) -> Self::Output {
-        let Self { body, stage, reach, changes, old, flows, new } = self;
-        let x = stage.x;
-        let material = body.material;
+    fn group<S: Simd>(&mut self, group: &Group<S>) -> Option<()> {
+        let Self { body: Body { geometry, map, material }, stage, reach, changes, old, new } = self;
+        let Stage { x, old: history, dt } = **stage;
         let branches = material.branches();
         let count = MaterialParameter::count(branches);
-        let mut element_changes = vec![[0.0; UNKNOWNS]; count];
-        let mut gradients = vec![SpatialGradient::default(); count];
-        for (index, places) in body.geometry.elements.iter().enumerate() {
-            let failed = Inadmissible { element: index };
-            let x_e = body.map.gather(index, x);
-            for (change, all) in element_changes.iter_mut().zip(changes.chunks_exact(x.len())) {
-                *change = body.map.gather(index, all);
+        let zero = group.splat(0.0);
+        let mut own_changes = vec![[zero; UNKNOWNS]; count];
+        let mut gradients = vec![SpatialGradient { plane: [[zero; 2]; 2], hoop: zero }; count];
+        for (own, all) in own_changes.iter_mut().zip(changes.chunks_exact(x.len())) {
+            *own = group.unknowns(map, all);
+        }
+        let places = group.geometry(geometry);
+        let load = closure!(|packet: &Packet| group.load(packet));
+        let (x_e, history) = (group.unknowns(map, x), group.history(history));
+        for (k, place) in places.points.iter().enumerate() {
+            let point = Point::at(&place.load(load), &x_e)?;
+            let at = (group.packet() * POINTS + k) * count;
+            for (l, change) in gradients.iter_mut().zip(&own_changes) {
+                *l = spatial_gradient(&point, change);
             }
-            for (k, place) in places.points.iter().enumerate() {
-                let point = Point::at(place, &x_e).ok_or(failed)?;
-                let at = (index * POINTS + k) * count;
-                for (l, change) in gradients.iter_mut().zip(&element_changes) {
-                    *l = spatial_gradient(&point, change);
-                }
-                let range = at * branches..(at + count) * branches;
-                let flows = &flows[(index * POINTS + k) * branches..][..branches];
-                let updated = &mut new.cv_inverse[range.clone()];
-                let cv_changes = &old.cv_inverse[range];
-                material.history_sensitivity(&point.f, flows, cv_changes, &gradients, reach, updated);
-                if material.softening.is_some() {
-                    let past = (stage.old.past_strain[index * POINTS + k], &old.past_strain[at..at + count]);
-                    let new = &mut new.past_strain[at..at + count];
-                    Softening::past_sensitivity(&point.f, past, &gradients, new).ok_or(failed)?;
-                }
-                for (parameter, l) in gradients.iter().enumerate() {
-                    let before = old.jacobian[at + parameter];
-                    new.jacobian[at + parameter] = before + reach * (point.jacobian * l.trace() - before);
-                }
+            let step =
+                Step { f: &point.f, history: &history.cv_inverse[k * branches..(k + 1) * branches], dt };
+            let changes = closure!(|parameter: usize, branch: usize| {
+                group.load_tensor(&old.cv_inverse[(at + parameter) * branches + branch])
+            });
+            let updated = closure!(|parameter: usize, branch: usize, tensor: Voigt<Lanes<S>>| {
+                let into = &mut new.cv_inverse[(at + parameter) * branches + branch];
+                group.store_tensor(tensor, into);
+            });
+            material.history_sensitivity(step, *reach, &gradients, changes, updated)?;
+            if material.softening.is_some() {
+                let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
+                let past = (*history.past_strain.get(k)?, changes);
+                let update = closure!(
+                    |parameter: usize, value| group.store(value, &mut new.past_strain[at + parameter])
+                );
+                Softening::past_sensitivity(&point.f, past, &gradients, update)?;
+            }
+            for (parameter, l) in gradients.iter().enumerate() {
+                let before = load(&old.jacobian[at + parameter]);
+                let after = before + (point.jacobian * l.trace() - before) * *reach;
+                group.store(after, &mut new.jacobian[at + parameter]);
             }
         }
-        Ok(())
+        Some(())
     }
 }
 
 #[inline(always)]
-fn spatial_gradient(point: &Point, change: &[f64; UNKNOWNS]) -> SpatialGradient {
-    let mut l = SpatialGradient::default();
+fn spatial_gradient<T: Real>(point: &Point<T>, change: &[T; UNKNOWNS]) -> SpatialGradient<T> {
+    let zero = point.jacobian.constant(0.0);
+    let mut l = SpatialGradient { plane: [[zero; 2]; 2], hoop: zero };
     for a in 0..NODES {
         let g = point.gradient[a];
         for d in 0..2 {
-            l.plane[0][d] += change[2 * a] * g[d];
-            l.plane[1][d] += change[2 * a + 1] * g[d];
+            l.plane[0][d] = change[2 * a].mul_add(g[d], l.plane[0][d]);
+            l.plane[1][d] = change[2 * a + 1].mul_add(g[d], l.plane[1][d]);
         }
-        l.hoop += change[2 * a] * point.hoop[a];
+        l.hoop = change[2 * a].mul_add(point.hoop[a], l.hoop);
     }
     l
 }
 
 #[inline(always)]
-fn mobility_sensitivity(body: &Body<'_>, jacobian: f64, by: &mut [f64]) {
+fn mobility_sensitivity<T: Real>(material: &PointMaterial, jacobian: T, by: &mut [T]) {
     use MaterialParameter::{FluidViscosity, Permeability, SolidFraction};
-    let values = body.material.darcy.sensitivity(jacobian);
+    let values = material.darcy.sensitivity(jacobian);
     for (parameter, value) in [Permeability, FluidViscosity, SolidFraction].into_iter().zip(values) {
         by[parameter.index()] = value;
     }

@@ -70,8 +70,7 @@ impl Stepper {
             (force.specimen, force.fluid) = (force.force, fluid);
         }
         let stage = Stage { x, old: &self.stage_history, dt };
-        let (old, flows) = (&self.stage_sensitivity, &self.flows);
-        Ok(body.update_sensitivity(&stage, reach, &new.x, old, flows, &mut new.history)?)
+        Ok(body.update_sensitivity(&stage, reach, &new.x, &self.stage_sensitivity, &mut new.history)?)
     }
 
     /// Takes note of how the places change at which nodes will stick that `touched` holds and the conditions of
@@ -113,7 +112,7 @@ impl Stepper {
         let (body, unknowns) = (self.sample.body(&self.material), x.len());
         let stage = Stage { x, old: &self.stage_history, dt };
         let Sensitivity { x: loads, held, forces, .. } = new;
-        body.residual_sensitivity(&stage, &self.stage_sensitivity, &mut self.flows, loads)?;
+        body.residual_sensitivity(&stage, &self.stage_sensitivity, loads)?;
         for (load, force) in loads.chunks_exact(unknowns).zip(forces.iter_mut()) {
             force.force = -self.conditions.punch.iter().map(|&u| load[u]).sum::<f64>();
         }

@@ -53,30 +53,40 @@ impl System for StageSystem<'_> {
         }
         let guides: Vec<(usize, Guide)> =
             self.conditions.slides.iter().map(|s| (s.radial, s.at(self.profile, x))).collect();
+        let pattern = &self.body.map.pattern;
+        for (radial, guide) in &guides {
+            // The pattern is symmetric: these are the columns that have an entry in the row.
+            for &column in pattern.column(*radial).1 {
+                // The axial unknown of a node follows its radial one.
+                let k = pattern.position(*radial as u32, column) as usize;
+                values[k] += guide.ratio * values[k + 1];
+                if *radial == column as usize {
+                    values[k] += guide.ratio_slope * residual[radial + 1];
+                }
+            }
+        }
+        // Factor of every row, 0 where the unknown is held, and whether it is a part of the reaction.
+        let part = |(scale, condition): (&f64, &Condition)| match condition {
+            Condition::Free => (*scale, false),
+            Condition::Fixed => (0.0, false),
+            Condition::Punch => (0.0, true),
+        };
+        let parts: Vec<(f64, bool)> =
+            self.column_scale.iter().zip(&self.conditions.unknowns).map(part).collect();
         for column in 0..x.len() {
-            let (first, rows) = self.body.map.pattern.column(column);
+            let (first, rows) = pattern.column(column);
             let scale = self.column_scale[column] / self.energy_scale;
             let mut reaction = 0.0;
             let values = &mut values[first..first + rows.len()];
-            for (radial, guide) in &guides {
-                // The axial unknown of a node follows its radial one.
-                if let Ok(k) = rows.binary_search(&(*radial as u32)) {
-                    values[k] += guide.ratio * values[k + 1];
-                    if *radial == column {
-                        values[k] += guide.ratio_slope * residual[radial + 1];
-                    }
-                }
-            }
             for (value, &row) in values.iter_mut().zip(rows) {
-                let condition = self.conditions.unknowns[row as usize];
-                if condition == Condition::Punch {
+                let (factor, is_pushed) = parts[row as usize];
+                if is_pushed {
                     reaction += *value;
                 }
-                *value = match condition {
-                    Condition::Free => *value * scale * self.column_scale[row as usize],
-                    _ if row as usize == column => 1.0,
-                    _ => 0.0,
-                };
+                *value *= scale * factor;
+            }
+            if self.conditions.unknowns[column] != Condition::Free {
+                values[rows.partition_point(|&row| (row as usize) < column)] = 1.0;
             }
             self.reaction_row[column] = reaction;
         }

@@ -11,10 +11,8 @@ use super::trend::Trend;
 use crate::effect::EffectParameters;
 use crate::element::field::Integrals;
 use crate::element::sensitivity::HistorySensitivity;
-use crate::element::shape::POINTS;
 use crate::element::{History, Inadmissible, Stage};
 use crate::material::PointMaterial;
-use crate::material::sensitivity::Flow;
 use crate::outputs::{Outputs, Statistics};
 use crate::parameters::{MaterialParameters, Parameters, TimeScheme};
 use crate::solver::linear::LinearSolver;
@@ -83,7 +81,6 @@ pub struct Stepper {
     pub(super) stage_history: History,
     /// Change of `stage_history` with the parameters; empty when no sensitivities are asked for.
     pub(super) stage_sensitivity: HistorySensitivity,
-    pub(super) flows: Vec<Flow>,
     sensitivities: bool,
     raw_residual: Vec<f64>,
     /// Sum of the tangent's rows under the punch (N per unit of the unknowns).
@@ -103,7 +100,7 @@ impl Stepper {
         let is_pressure = sample.mesh.pressure_mask();
         let unit = |pressure: &bool| if *pressure { stress_scale } else { length_scale };
         let column_scale = is_pressure.iter().map(unit).collect();
-        let (unknowns, points) = (sample.mesh.unknowns(), sample.mesh.elements.len() * POINTS);
+        let unknowns = sample.mesh.unknowns();
         let sensitivities = parameters.solver.sensitivities;
         let material = PointMaterial::with_effects(m, effect, 0.0);
         let softens = material.softening.is_some();
@@ -125,7 +122,6 @@ impl Stepper {
             stage_history: History::undeformed(sample.mesh.elements.len(), m.branches.len())
                 .remembering(softens),
             stage_sensitivity: HistorySensitivity::default(),
-            flows: if sensitivities { vec![Flow::default(); points * m.branches.len()] } else { Vec::new() },
             sensitivities,
             raw_residual: vec![0.0; unknowns],
             reaction_row: vec![0.0; unknowns],

@@ -5,14 +5,13 @@
 //! deviatoric strain, so the solution is unique and a damped Newton iteration finds it.
 
 use super::ogden::Ogden;
+use super::relaxation::{Iterate, Relaxation, apply, square, sum};
+use super::spectral::deviator;
 use crate::effect::eyring::{self, Linearised};
+use crate::number::{Real, closure, each};
 use crate::parameters::BranchParameters;
 
 const MAX_ITERATIONS: usize = 100;
-/// Residuals of the strain below this are rounding.
-const ROUNDING: f64 = 1e-14;
-/// A residual from which one more iteration leads to rounding.
-const LAST: f64 = 3e-8;
 /// The line search gives up here: the function is convex, so only numbers out of range lead here.
 const MIN_STEP: f64 = 1e-4;
 
@@ -30,22 +29,22 @@ pub struct Branch {
 
 /// Result of one update.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Relaxed {
+pub struct Relaxed<T = f64> {
     /// Deviatoric elastic logarithmic strains.
-    pub strain: [f64; 3],
+    pub strain: [T; 3],
     /// Powers of the elastic isochoric stretches.
-    pub powers: [f64; 3],
+    pub powers: [T; 3],
 }
 
 /// How the result of an update changes.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct BranchSensitivity {
+pub struct BranchSensitivity<T = f64> {
     /// `d eps / d eps_trial` on deviatoric strains [-].
-    pub strain_slope: [[f64; 3]; 3],
+    pub strain_slope: [[T; 3]; 3],
     /// `d eps` by mu (1/Pa), alpha [-] and eta (1/(Pa s)) at fixed trial strain.
-    pub strain: [[f64; 3]; 3],
+    pub strain: [[T; 3]; 3],
     /// `d beta` by mu [-], alpha (Pa) and eta (1/s) at fixed trial strain.
-    pub stress: [[f64; 3]; 3],
+    pub stress: [[T; 3]; 3],
 }
 
 impl Branch {
@@ -77,153 +76,165 @@ impl Branch {
         0.5 * dt / self.eta
     }
 
-    /// Relaxes the deviatoric trial strain `trial` over `dt`.
+    /// Relaxes the deviatoric trial strain `trial` over `dt`, in all lanes together until the last has converged.
     ///
     /// # Errors
     /// `None` when the strain is too large for the exponentials or the iteration stalls.
     #[inline(always)]
-    pub fn relax(&self, trial: &[f64; 3], dt: f64) -> Option<Relaxed> {
+    pub fn relax<T: Real>(&self, trial: &[T; 3], dt: f64) -> Option<Relaxed<T>> {
         if let Some(flow) = self.eyring(dt) {
-            return flow.relax(&self.spring, trial);
+            return lane_by_lane(trial, |trial| flow.relax(&self.spring, trial));
         }
-        let k = self.fluidity(dt);
-        // Exact at small strain.
-        let share = 1.0 / (1.0 + k * self.spring.small_strain_stiffness());
-        let mut e = trial.map(|t| share * t);
-        let mut q = self.spring.powers(&e);
-        let mut r = self.residual(&e, &q, trial, k);
-        let mut norm = norm(&r);
-        let size = 1.0 + trial.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
+        let mut now = Iterate::start(&self.spring, trial, self.fluidity(dt));
         for _ in 0..MAX_ITERATIONS {
-            if !norm.is_finite() {
+            let de = now.correction();
+            if now.last.all_greater(now.square) {
+                // Newton's method squares this error; the exponentials' series are as good as new ones.
+                return Some(now.moved(&de));
+            }
+            let next = now.after(&de, trial);
+            if !now.square.max(now.last).all_greater(next.square) {
+                break;
+            }
+            now = next;
+        }
+        lane_by_lane(trial, |trial| self.relax_damped(trial, dt))
+    }
+
+    /// The same of one trial strain with a line search, where the plain iteration fails.
+    #[cold]
+    #[inline(never)]
+    fn relax_damped(&self, trial: &[f64; 3], dt: f64) -> Option<Relaxed> {
+        let mut now = Iterate::start(&self.spring, trial, self.fluidity(dt));
+        for _ in 0..MAX_ITERATIONS {
+            if !now.square.is_finite() {
                 return None;
             }
-            if norm <= ROUNDING * size {
-                return Some(Relaxed { strain: e, powers: q });
-            }
-            let inverse = relaxation(&self.spring.stiffness(&q), k);
-            let de = apply(&inverse, &r);
-            if norm <= LAST * size {
-                // Newton's method squares this error; the exponentials' series are as good as new ones.
-                return Some(self.moved(&e, &q, &de));
+            let de = now.correction();
+            if now.square < now.last {
+                return Some(now.moved(&de));
             }
             let mut step = 1.0;
-            loop {
-                let next = [e[0] - step * de[0], e[1] - step * de[1], e[2] - step * de[2]];
-                let q_next = self.spring.powers(&next);
-                let r_next = self.residual(&next, &q_next, trial, k);
-                let norm_next = self::norm(&r_next);
-                if norm_next < norm {
-                    (e, q, r, norm) = (next, q_next, r_next, norm_next);
-                    break;
+            now = loop {
+                let next = now.after(&de.map(|x| step * x), trial);
+                if next.square < now.square {
+                    break next;
                 }
                 step *= 0.5;
                 if step < MIN_STEP {
                     return None;
                 }
-            }
+            };
         }
         None
     }
 
-    /// The strain `e - de` for a small `de`.
-    #[inline(always)]
-    fn moved(&self, e: &[f64; 3], q: &[f64; 3], de: &[f64; 3]) -> Relaxed {
-        let strain = std::array::from_fn(|a| e[a] - de[a]);
-        let powers = std::array::from_fn(|a| q[a] * self.spring.power_of_small(-de[a]));
-        Relaxed { strain, powers }
-    }
-
     /// Algorithmic tangent `d beta / d eps_trial` (Pa), symmetric.
     #[inline(always)]
-    pub fn tangent(&self, q: &[f64; 3], dt: f64) -> [[f64; 3]; 3] {
-        let tangent = self.spring.tangent(q);
-        let inverse = match self.eyring(dt) {
-            None => relaxation(&self.spring.stiffness(q), self.fluidity(dt)),
-            Some(flow) => flow.linearise(&self.spring, q).slope,
-        };
-        let mut t = [[0.0; 3]; 3];
-        for i in 0..3 {
-            for j in 0..3 {
-                t[i][j] = (0..3).map(|m| tangent[i][m] * inverse[m][j]).sum();
-            }
+    pub fn tangent<T: Real>(&self, q: &[T; 3], dt: f64) -> [[T; 3]; 3] {
+        if let Some(flow) = self.eyring(dt) {
+            return self.eyring_tangent(q, &flow);
         }
+        // P (diag(a)^-1 + k P)^-1 P, the inverse by the Sherman–Morrison formula.
+        let a = self.spring.stiffness(q);
+        let Relaxation { pulls: u, mean, inverse, k, .. } = Relaxation::new(&a, self.fluidity(dt));
+        let sum = u[0] + u[1] + u[2];
+        let share = sum.mul_add(k, mean) * inverse * (1.0 / 3.0);
+        let rows = each(&u, closure!(|u: T| u * share));
+        let whole = (rows[0] + rows[1] + rows[2]) * (1.0 / 3.0);
+        let scaled = each(&u, closure!(|u: T| u * inverse));
+        let off = closure!(|i: usize, j: usize| scaled[i].mul_add(k * u[j], whole - rows[i] - rows[j]));
+        let (t01, t02, t12) = (off(0, 1), off(0, 2), off(1, 2));
+        let on = closure!(|i: usize| scaled[i].mul_add(mean, off(i, i)));
+        [[on(0), t01, t02], [t01, on(1), t12], [t02, t12, on(2)]]
+    }
+
+    #[inline(always)]
+    fn eyring_tangent<T: Real>(&self, q: &[T; 3], flow: &eyring::Flow) -> [[T; 3]; 3] {
+        let tangent = self.spring.tangent(q);
+        let slope = linearised(flow, &self.spring, q).slope;
+        let mut t = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                tangent[i][0] * slope[0][j] + tangent[i][1] * slope[1][j] + tangent[i][2] * slope[2][j]
+            })
+        });
         // Trial strains enter through their deviator only.
         for row in &mut t {
-            let mean = (row[0] + row[1] + row[2]) / 3.0;
-            row.iter_mut().for_each(|v| *v -= mean);
+            *row = deviator(row);
         }
         t
     }
 
     /// Derivatives of an update by the trial strain and by the branch's parameters.
     #[inline(always)]
-    pub fn sensitivity(&self, relaxed: &Relaxed, dt: f64) -> BranchSensitivity {
+    pub fn sensitivity<T: Real>(&self, relaxed: &Relaxed<T>, dt: f64) -> BranchSensitivity<T> {
         let Relaxed { strain, powers } = relaxed;
         let k = self.fluidity(dt);
         let stress_tangent = self.spring.tangent(powers);
         let [by_mu, by_alpha] = self.spring.sensitivity(strain, powers);
         let Linearised { inverse, slope: strain_slope, drive } = match self.eyring(dt) {
-            Some(flow) => flow.linearise(&self.spring, powers),
+            Some(flow) => linearised(&flow, &self.spring, powers),
             None => {
-                let inverse = relaxation(&self.spring.stiffness(powers), k);
+                let inverse = Relaxation::new(&self.spring.stiffness(powers), k).matrix();
                 Linearised { inverse, slope: inverse, drive: self.spring.stress(powers) }
             }
         };
-        let scaled = |v: &[f64; 3], factor: f64| apply(&inverse, &v.map(|x| factor * x));
+        let scaled =
+            closure!(|v: &[T; 3], factor: f64| apply(&inverse, &each(v, closure!(|x: T| x * factor))));
         // `eta` holds the scale already.
         let by_eta = scaled(&drive, k / self.eta * self.scale);
         let strain = [scaled(&by_mu, -k), scaled(&by_alpha, -k), by_eta];
-        let mut stress = strain.map(|e| apply(&stress_tangent, &e));
+        let mut stress = each(&strain, closure!(|e: [T; 3]| apply(&stress_tangent, &e)));
         for (total, explicit) in stress.iter_mut().zip([by_mu, by_alpha]) {
-            (0..3).for_each(|a| total[a] += explicit[a]);
+            *total = sum(total, &explicit);
         }
         BranchSensitivity { strain_slope, strain, stress }
     }
 
     /// Dissipation rate `sum beta^2 / (2 eta)` (W/m^3) (Eq. 13), times `sinh(x) / x` of Eyring flow.
     #[inline(always)]
-    pub fn dissipation(&self, beta: &[f64; 3]) -> f64 {
-        let linear = beta.iter().map(|b| b * b).sum::<f64>() / (2.0 * self.eta);
-        self.eyring(0.0).map_or(linear, |flow| linear * flow.acceleration(beta))
-    }
-
-    #[inline(always)]
-    fn residual(&self, e: &[f64; 3], q: &[f64; 3], trial: &[f64; 3], k: f64) -> [f64; 3] {
-        let beta = self.spring.stress(q);
-        std::array::from_fn(|i| e[i] - trial[i] + k * beta[i])
-    }
-}
-
-/// `(I + k P diag(a))^-1` by the Sherman–Morrison formula.
-#[inline(always)]
-pub fn relaxation(a: &[f64; 3], k: f64) -> [[f64; 3]; 3] {
-    let d = a.map(|a_i| 1.0 / (1.0 + k * a_i));
-    let w: [f64; 3] = std::array::from_fn(|i| a[i] * d[i]);
-    let factor = (k / 3.0) / (1.0 - (k / 3.0) * (w[0] + w[1] + w[2]));
-    let mut m = [[0.0; 3]; 3];
-    for i in 0..3 {
-        for j in 0..3 {
-            m[i][j] = d[i] * factor * w[j];
+    pub fn dissipation<T: Real>(&self, beta: &[T; 3]) -> T {
+        let linear = square(beta) * (0.5 / self.eta);
+        match self.eyring(0.0) {
+            None => linear,
+            Some(flow) => {
+                let factor = T::lanewise(beta, |beta| Some([flow.acceleration(&beta)]));
+                linear * factor.map_or(linear.constant(f64::NAN), |[factor]| factor)
+            }
         }
-        m[i][i] += d[i];
     }
-    m
 }
 
+/// A scalar update in every lane.
 #[inline(always)]
-fn apply(m: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2])
+fn lane_by_lane<T: Real>(trial: &[T; 3], relax: impl Fn(&[f64; 3]) -> Option<Relaxed>) -> Option<Relaxed<T>> {
+    let [a, b, c, p, q, r] = T::lanewise(trial, |trial| {
+        let Relaxed { strain: [a, b, c], powers: [p, q, r] } = relax(&trial)?;
+        Some([a, b, c, p, q, r])
+    })?;
+    Some(Relaxed { strain: [a, b, c], powers: [p, q, r] })
 }
 
+/// Eyring flow linearised in every lane.
 #[inline(always)]
-fn norm(v: &[f64; 3]) -> f64 {
-    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+fn linearised<T: Real>(flow: &eyring::Flow, spring: &Ogden, powers: &[T; 3]) -> Linearised<T> {
+    let values = T::lanewise(powers, |powers| {
+        let Linearised { inverse: [a, b, c], slope: [d, e, f], drive } = flow.linearise(spring, &powers);
+        let mut all = [0.0; 21];
+        for (to, from) in all.chunks_exact_mut(3).zip([a, b, c, d, e, f, drive]) {
+            to.copy_from_slice(&from);
+        }
+        Some(all)
+    });
+    let all = values.unwrap_or([powers[0].constant(f64::NAN); 21]);
+    let row = |i: usize| [all[3 * i], all[3 * i + 1], all[3 * i + 2]];
+    Linearised { inverse: [row(0), row(1), row(2)], slope: [row(3), row(4), row(5)], drive: row(6) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::number::{Lanes, on_every_machine};
     use crate::parameters::OgdenParameters;
 
     fn branch() -> Branch {
@@ -245,6 +256,45 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Trial strains of very different size, together and one by one.
+    struct RelaxLanes;
+
+    impl pulp::WithSimd for RelaxLanes {
+        type Output = ();
+
+        #[inline(always)]
+        fn with_simd<S: pulp::Simd>(self, simd: S) {
+            let size = |lane: usize| [0.0, 1e-9, 1e-3, 0.1, 0.3, 1.0, 3.0, 7.0][7 - lane];
+            let direction = [0.6, -0.1, -0.5];
+            for dt in [0.0, 1e-6, 1e-2, 1.0, 1e4] {
+                let trial = each(&direction, |d: f64| Lanes::from_fn(simd, |lane| size(lane) * d));
+                let relaxed = branch().relax(&trial, dt).unwrap();
+                for lane in 0..Lanes::<S>::COUNT {
+                    let exact = branch().relax(&direction.map(|d| size(lane) * d), dt).unwrap();
+                    for a in 0..3 {
+                        let (strain, power) = (relaxed.strain[a].as_slice(), relaxed.powers[a].as_slice());
+                        // Over a long step the rounding of the stress counts.
+                        let rounding = 1e-13 * (1.0 + dt);
+                        assert!((strain[lane] - exact.strain[a]).abs() < rounding, "{dt} {lane}");
+                        approx::assert_relative_eq!(
+                            power[lane],
+                            exact.powers[a],
+                            max_relative = 10.0 * rounding
+                        );
+                    }
+                }
+                let too_large = each(&direction, |d: f64| Lanes::splat(simd, 1e3 * d));
+                // Within a long step even such a strain relaxes.
+                assert!(dt > 1e-3 || branch().relax(&too_large, dt).is_none());
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_relax_like_single_strains() {
+        on_every_machine(|| RelaxLanes);
     }
 
     #[test]

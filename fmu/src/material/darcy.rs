@@ -1,6 +1,7 @@
 //! Seepage (Eq. 11), with the strain-dependent permeability of [`crate::effect::permeability`].
 
 use crate::effect::permeability;
+use crate::number::Real;
 
 /// `w = -(K0/mu_FR) (J-n)/(1-n) grad p`, n = n0S; K0 times `((J-n)/(1-n))^m` where the exponent m is not 0.
 #[derive(Debug, Clone, Copy)]
@@ -34,9 +35,9 @@ impl Darcy {
     ///
     /// `J` is there because the flux is integrated over the reference volume.
     #[inline(always)]
-    pub fn referential_mobility(&self, j: f64) -> (f64, f64) {
+    pub fn referential_mobility<T: Real>(&self, j: T) -> (T, T) {
         let c = self.permeability / self.fluid_viscosity / (1.0 - self.n0s);
-        let (mobility, slope) = (c * j * (j - self.n0s), c * (2.0 * j - self.n0s));
+        let (mobility, slope) = (j * c * (j - self.n0s), (j * 2.0 - self.n0s) * c);
         if self.exponent == 0.0 {
             return (mobility, slope);
         }
@@ -46,15 +47,15 @@ impl Darcy {
 
     /// Derivatives of the referential mobility by K0, mu_FR and n0S.
     #[inline(always)]
-    pub fn sensitivity(&self, j: f64) -> [f64; 3] {
+    pub fn sensitivity<T: Real>(&self, j: T) -> [T; 3] {
         let (mobility, _) = self.referential_mobility(j);
         let open = 1.0 - self.n0s;
-        let mut by_n0s = self.permeability / self.fluid_viscosity * j * (j - 1.0) / (open * open);
+        let mut by_n0s = j * (j - 1.0) * (self.permeability / self.fluid_viscosity / (open * open));
         if self.exponent != 0.0 {
             let [factor, _, slope] = permeability::factor(self.exponent, j, self.n0s);
             by_n0s = by_n0s * factor + mobility / factor * slope;
         }
-        [mobility / self.permeability * self.scale, -mobility / self.fluid_viscosity, by_n0s]
+        [mobility * (self.scale / self.permeability), mobility * (-1.0 / self.fluid_viscosity), by_n0s]
     }
 }
 

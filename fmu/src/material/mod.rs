@@ -2,12 +2,16 @@
 //!
 //! Symmetric tensors of the axisymmetric problem are 4-vectors `[rr, zz, tt, rz]`;
 //! as strains, the last component is the engineering shear `2 d_rz`.
+//!
+//! What an element's residual needs is written for any [`crate::number::Real`], one point or one of several
+//! elements at once.
 
 pub mod branch;
 pub mod darcy;
 pub mod ogden;
 pub mod parameter;
 pub mod point;
+mod relaxation;
 pub mod sensitivity;
 pub mod spectral;
 pub mod volumetric;
@@ -16,10 +20,10 @@ pub use parameter::{MaterialParameter, Spring};
 pub use point::{Elasticity, PointMaterial};
 
 /// Symmetric tensor of the axisymmetric problem, `[rr, zz, tt, rz]`.
-pub type Voigt = [f64; 4];
+pub type Voigt<T = f64> = [T; 4];
 
 /// Linear map between two [`Voigt`] tensors.
-pub type Voigt2 = [[f64; 4]; 4];
+pub type Voigt2<T = f64> = [[T; 4]; 4];
 
 /// The unit tensor.
 pub const IDENTITY: Voigt = [1.0, 1.0, 1.0, 0.0];

@@ -1,5 +1,6 @@
 //! One Ogden term in principal deviatoric logarithmic strains (Eqs. 8, 9).
 
+use crate::number::{Real, closure, each};
 use crate::parameters::OgdenParameters;
 
 /// `beta_a = mu (q_a - mean q)` with `q_a = exp(alpha e_a)`, `e` the deviatoric logarithmic strains.
@@ -24,30 +25,33 @@ impl Ogden {
 
     /// Powers of the isochoric principal stretches, `q_a = ltilde_a^alpha`.
     #[inline(always)]
-    pub fn powers(&self, e: &[f64; 3]) -> [f64; 3] {
-        e.map(|e_a| (self.alpha * e_a).exp())
+    pub fn powers<T: Real>(&self, e: &[T; 3]) -> [T; 3] {
+        each(e, closure!(|e_a: T| (e_a * self.alpha).exp()))
     }
 
     /// `exp(alpha de)` for `|alpha de|` below 1e-5, to rounding.
     #[inline(always)]
-    pub fn power_of_small(&self, de: f64) -> f64 {
-        let x = self.alpha * de;
-        1.0 + x * (1.0 + 0.5 * x)
+    pub fn power_of_small<T: Real>(&self, de: T) -> T {
+        let x = de * self.alpha;
+        x * (x * 0.5 + 1.0) + 1.0
     }
 
     /// Principal Kirchhoff stresses `beta` (Pa) from the powers.
     #[inline(always)]
-    pub fn stress(&self, q: &[f64; 3]) -> [f64; 3] {
-        let mean = (q[0] + q[1] + q[2]) / 3.0;
-        q.map(|q_a| self.mu * (q_a - mean))
+    pub fn stress<T: Real>(&self, q: &[T; 3]) -> [T; 3] {
+        let mean = mean(q);
+        each(q, closure!(|q_a: T| (q_a - mean) * self.mu))
     }
 
     /// Derivatives of `beta` at fixed strain by the parameters mu [-] and alpha (Pa).
     #[inline(always)]
-    pub fn sensitivity(&self, e: &[f64; 3], q: &[f64; 3]) -> [[f64; 3]; 2] {
-        let slope: [f64; 3] = std::array::from_fn(|a| e[a] * q[a]);
-        let (mean_q, mean_slope) = ((q[0] + q[1] + q[2]) / 3.0, (slope[0] + slope[1] + slope[2]) / 3.0);
-        [q.map(|q_a| self.scale * (q_a - mean_q)), slope.map(|s| self.mu * (s - mean_slope))]
+    pub fn sensitivity<T: Real>(&self, e: &[T; 3], q: &[T; 3]) -> [[T; 3]; 2] {
+        let slope = [e[0] * q[0], e[1] * q[1], e[2] * q[2]];
+        let (mean_q, mean_slope) = (mean(q), mean(&slope));
+        [
+            each(q, closure!(|q_a: T| (q_a - mean_q) * self.scale)),
+            each(&slope, closure!(|s: T| (s - mean_slope) * self.mu)),
+        ]
     }
 
     /// `d beta / d eps` at zero strain on deviators, `mu alpha` (Pa).
@@ -58,30 +62,31 @@ impl Ogden {
 
     /// Diagonal `a = mu alpha q` (Pa); the tangent is `d beta / d eps = P diag(a) P`, P the deviator.
     #[inline(always)]
-    pub fn stiffness(&self, q: &[f64; 3]) -> [f64; 3] {
-        q.map(|q_a| self.mu * self.alpha * q_a)
+    pub fn stiffness<T: Real>(&self, q: &[T; 3]) -> [T; 3] {
+        each(q, closure!(|q_a: T| q_a * (self.mu * self.alpha)))
     }
 
     /// Stored energy `mu / alpha (sum q - 3)` (J/m^3).
     #[inline(always)]
-    pub fn energy(&self, q: &[f64; 3]) -> f64 {
-        self.mu / self.alpha * (q[0] + q[1] + q[2] - 3.0)
+    pub fn energy<T: Real>(&self, q: &[T; 3]) -> T {
+        (q[0] + q[1] + q[2] - 3.0) * (self.mu / self.alpha)
     }
 
     /// Tangent `P diag(a) P` (Pa).
     #[inline(always)]
-    pub fn tangent(&self, q: &[f64; 3]) -> [[f64; 3]; 3] {
+    pub fn tangent<T: Real>(&self, q: &[T; 3]) -> [[T; 3]; 3] {
         let a = self.stiffness(q);
-        let mean = (a[0] + a[1] + a[2]) / 9.0;
-        let mut t = [[0.0; 3]; 3];
-        for i in 0..3 {
-            for j in 0..3 {
-                t[i][j] = mean - (a[i] + a[j]) / 3.0;
-            }
-            t[i][i] += a[i];
-        }
-        t
+        let third = each(&a, closure!(|a_i: T| a_i * (1.0 / 3.0)));
+        let ninth = mean(&third);
+        let off = closure!(|i: usize, j: usize| ninth - (third[i] + third[j]));
+        let (t01, t02, t12) = (off(0, 1), off(0, 2), off(1, 2));
+        [[off(0, 0) + a[0], t01, t02], [t01, off(1, 1) + a[1], t12], [t02, t12, off(2, 2) + a[2]]]
     }
+}
+
+#[inline(always)]
+fn mean<T: Real>(v: &[T; 3]) -> T {
+    (v[0] + v[1] + v[2]) * (1.0 / 3.0)
 }
 
 #[cfg(test)]

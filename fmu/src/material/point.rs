@@ -8,26 +8,27 @@ use super::volumetric::Volumetric;
 use super::{Voigt, Voigt2};
 use crate::effect::EffectParameters;
 use crate::effect::softening::Softening;
+use crate::number::{Real, closure};
 use crate::parameters::MaterialParameters;
 
 /// Deformation gradient of the axisymmetric problem: `[[rr, rz], [zr, zz]]` and `tt`.
 #[derive(Debug, Clone, Copy)]
-pub struct DeformationGradient {
+pub struct DeformationGradient<T = f64> {
     /// In-plane part.
-    pub plane: [[f64; 2]; 2],
+    pub plane: [[T; 2]; 2],
     /// Hoop stretch.
-    pub hoop: f64,
+    pub hoop: T,
 }
 
-impl DeformationGradient {
+impl<T: Real> DeformationGradient<T> {
     /// J = det F.
     #[inline(always)]
-    pub fn determinant(&self) -> f64 {
+    pub fn determinant(&self) -> T {
         self.plane_determinant() * self.hoop
     }
 
     #[inline(always)]
-    fn plane_determinant(&self) -> f64 {
+    fn plane_determinant(&self) -> T {
         let f = &self.plane;
         f[0][0] * f[1][1] - f[0][1] * f[1][0]
     }
@@ -35,41 +36,51 @@ impl DeformationGradient {
     /// `F^-1`.
     #[inline(always)]
     pub fn inverse(&self) -> Self {
-        let (f, d) = (&self.plane, 1.0 / self.plane_determinant());
-        Self { plane: [[f[1][1] * d, -f[0][1] * d], [-f[1][0] * d, f[0][0] * d]], hoop: 1.0 / self.hoop }
+        let (f, d) = (&self.plane, self.plane_determinant().recip());
+        Self { plane: [[f[1][1] * d, -f[0][1] * d], [-f[1][0] * d, f[0][0] * d]], hoop: self.hoop.recip() }
     }
 
     /// `F a F^T` for symmetric `a`.
     #[inline(always)]
-    pub fn push(&self, a: &Voigt) -> Voigt {
+    pub fn push(&self, a: &Voigt<T>) -> Voigt<T> {
         let f = &self.plane;
-        let row = |i: usize| [f[i][0] * a[0] + f[i][1] * a[3], f[i][0] * a[3] + f[i][1] * a[1]];
+        let row = closure!(|i: usize| [
+            f[i][0].mul_add(a[0], f[i][1] * a[3]),
+            f[i][0].mul_add(a[3], f[i][1] * a[1])
+        ]);
         let (r, z) = (row(0), row(1));
         [
-            r[0] * f[0][0] + r[1] * f[0][1],
-            z[0] * f[1][0] + z[1] * f[1][1],
+            r[0].mul_add(f[0][0], r[1] * f[0][1]),
+            z[0].mul_add(f[1][0], z[1] * f[1][1]),
             self.hoop * self.hoop * a[2],
-            r[0] * f[1][0] + r[1] * f[1][1],
+            r[0].mul_add(f[1][0], r[1] * f[1][1]),
         ]
+    }
+
+    /// `F F^T`.
+    #[inline(always)]
+    pub fn left_cauchy_green(&self) -> Voigt<T> {
+        let one = self.hoop.constant(1.0);
+        self.push(&[one, one, one, self.hoop.constant(0.0)])
     }
 }
 
 /// Isochoric Kirchhoff stress, i.e. without `tau_vol` and `-p J 1`, and its spatial tangent.
 #[derive(Debug, Clone, Copy)]
-pub struct Elasticity {
+pub struct Elasticity<T = f64> {
     /// Isochoric Kirchhoff stress (Pa).
-    pub kirchhoff_stress: Voigt,
+    pub kirchhoff_stress: Voigt<T>,
     /// Spatial tangent (Oldroyd rate) (Pa).
-    pub tangent: Voigt2,
+    pub tangent: Voigt2<T>,
 }
 
 /// What the update of the history reports, per reference volume.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Energetics {
+pub struct Energetics<T = f64> {
     /// Stored isochoric energy (J/m^3).
-    pub stored_energy: f64,
+    pub stored_energy: T,
     /// Viscous dissipation rate (W/m^3).
-    pub viscous_dissipation_rate: f64,
+    pub viscous_dissipation_rate: T,
 }
 
 /// All laws of one material.
@@ -127,10 +138,13 @@ impl PointMaterial {
         self.branches.len()
     }
 
-    /// Whether the point can be evaluated: pores open, not turned inside out.
+    /// Whether the point can be evaluated (in every lane): pores open, not turned inside out.
     #[inline(always)]
-    pub fn admissible(&self, f: &DeformationGradient) -> bool {
-        f.hoop > 0.0 && f.plane_determinant() > 0.0 && f.determinant() > self.n0s
+    pub fn admissible<T: Real>(&self, f: &DeformationGradient<T>) -> bool {
+        let zero = f.hoop.constant(0.0);
+        f.hoop.all_greater(zero)
+            && f.plane_determinant().all_greater(zero)
+            && f.determinant().all_greater(zero + self.n0s)
     }
 
     /// Isochoric stress and consistent tangent at the end of a step of `dt` (s) (Eqs. 8, 9, 12).
@@ -138,13 +152,18 @@ impl PointMaterial {
     /// `history` holds `Cv^-1` of every branch at the start of the step. `None` when the
     /// deformation is inadmissible.
     #[inline(always)]
-    pub fn elasticity(&self, f: &DeformationGradient, history: &[Voigt], dt: f64) -> Option<Elasticity> {
+    pub fn elasticity<T: Real>(
+        &self,
+        f: &DeformationGradient<T>,
+        history: &[Voigt<T>],
+        dt: f64,
+    ) -> Option<Elasticity<T>> {
         if !self.admissible(f) {
             return None;
         }
-        let mut c = [[0.0; 4]; 4];
-        let mut tau = [0.0; 4];
-        let frame = Spectral::of(&f.push(&super::IDENTITY))?;
+        let zero = f.hoop.constant(0.0);
+        let (mut tau, mut c) = ([zero; 4], [[zero; 4]; 4]);
+        let frame = Spectral::of(&f.left_cauchy_green())?;
         let q = self.equilibrium.powers(&deviator(&frame.log_strains()));
         let beta = self.equilibrium.stress(&q);
         add(&mut tau, &frame.compose(&beta));
@@ -162,46 +181,47 @@ impl PointMaterial {
 
     /// Volumetric Kirchhoff stress and `J d tau / dJ` (Pa) (Eq. 10); `None` at compaction.
     #[inline(always)]
-    pub fn volumetric_stress(&self, j: f64) -> Option<(f64, f64)> {
-        (j > self.n0s).then(|| self.volumetric.stress(j))
+    pub fn volumetric_stress<T: Real>(&self, j: T) -> Option<(T, T)> {
+        if j.all_greater(j.constant(self.n0s)) { Some(self.volumetric.stress(j)) } else { None }
     }
 
     /// Advances the history over a converged step and returns the energies at its end.
     ///
     /// `reach = 1` gives the end of the step; another value continues the viscous flow of the step
     /// linearly in logarithmic strain (the SDIRK stage value).
-    pub fn update(
+    #[inline(always)]
+    pub fn update<T: Real>(
         &self,
-        f: &DeformationGradient,
-        history: &[Voigt],
+        f: &DeformationGradient<T>,
+        history: &[Voigt<T>],
         dt: f64,
         reach: f64,
-        updated: &mut [Voigt],
-    ) -> Option<Energetics> {
-        let frame = Spectral::of(&f.push(&super::IDENTITY))?;
+        updated: &mut [Voigt<T>],
+    ) -> Option<Energetics<T>> {
+        let frame = Spectral::of(&f.left_cauchy_green())?;
         let q = self.equilibrium.powers(&deviator(&frame.log_strains()));
-        let mut energetics =
-            Energetics { stored_energy: self.equilibrium.energy(&q), viscous_dissipation_rate: 0.0 };
+        let mut stored_energy = self.equilibrium.energy(&q);
+        let mut viscous_dissipation_rate = f.hoop.constant(0.0);
         let f_inverse = f.inverse();
         for ((branch, cv_inverse), new) in self.branches.iter().zip(history).zip(updated) {
             let frame = Spectral::of(&f.push(cv_inverse))?;
-            let trial = frame.log_strains();
-            let deviatoric = deviator(&trial);
-            let relaxed = branch.relax(&deviatoric, dt)?;
-            let flow: [f64; 3] = std::array::from_fn(|a| reach * (relaxed.strain[a] - deviatoric[a]));
-            let squares: [f64; 3] = std::array::from_fn(|a| frame.squares[a] * (2.0 * flow[a]).exp());
-            *new = f_inverse.push(&frame.compose(&squares));
-            energetics.stored_energy += branch.spring.energy(&relaxed.powers);
-            energetics.viscous_dissipation_rate += branch.dissipation(&branch.spring.stress(&relaxed.powers));
+            let trial = deviator(&frame.log_strains());
+            let relaxed = branch.relax(&trial, dt)?;
+            let square = closure!(
+                |a: usize| frame.squares[a] * ((relaxed.strain[a] - trial[a]) * (2.0 * reach)).exp()
+            );
+            *new = f_inverse.push(&frame.compose(&[square(0), square(1), square(2)]));
+            stored_energy += branch.spring.energy(&relaxed.powers);
+            viscous_dissipation_rate += branch.dissipation(&branch.spring.stress(&relaxed.powers));
         }
-        Some(energetics)
+        Some(Energetics { stored_energy, viscous_dissipation_rate })
     }
 }
 
 #[inline(always)]
-fn add(into: &mut Voigt, v: &Voigt) {
+pub(super) fn add<T: Real>(into: &mut Voigt<T>, v: &Voigt<T>) {
     for (a, b) in into.iter_mut().zip(v) {
-        *a += b;
+        *a += *b;
     }
 }
 

@@ -4,66 +4,108 @@
 //! functions of the trial tensors `b = F Cv^-1 F^T`, which change with the deformation and with the
 //! history's own change.
 
+use super::Voigt;
 use super::branch::{Branch, BranchSensitivity, Relaxed};
 use super::ogden::Ogden;
 use super::parameter::{MaterialParameter, Spring};
-use super::point::{DeformationGradient, PointMaterial};
+use super::point::{DeformationGradient, PointMaterial, add};
 use super::spectral::{Spectral, deviator};
-use super::{IDENTITY, Voigt};
+use crate::number::{Real, closure};
 
 /// Spatial gradient of a change of the displacement, `l = d(du)/dx`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SpatialGradient {
+pub struct SpatialGradient<T = f64> {
     /// In-plane part.
-    pub plane: [[f64; 2]; 2],
+    pub plane: [[T; 2]; 2],
     /// Hoop part.
-    pub hoop: f64,
+    pub hoop: T,
 }
 
-impl SpatialGradient {
+impl<T: Real> SpatialGradient<T> {
     /// Relative change of the volume.
     #[inline(always)]
-    pub fn trace(&self) -> f64 {
+    pub fn trace(&self) -> T {
         self.plane[0][0] + self.plane[1][1] + self.hoop
     }
 
     /// `a : l` for symmetric `a`.
     #[inline(always)]
-    pub fn power(&self, a: &Voigt) -> f64 {
+    pub fn power(&self, a: &Voigt<T>) -> T {
         let l = &self.plane;
         a[0] * l[0][0] + a[1] * l[1][1] + a[2] * self.hoop + a[3] * (l[0][1] + l[1][0])
     }
 
     /// `l a + a l^T` for symmetric `a`.
     #[inline(always)]
-    fn convect(&self, a: &Voigt) -> Voigt {
+    fn convect(&self, a: &Voigt<T>) -> Voigt<T> {
         let l = &self.plane;
         [
-            2.0 * (l[0][0] * a[0] + l[0][1] * a[3]),
-            2.0 * (l[1][0] * a[3] + l[1][1] * a[1]),
-            2.0 * self.hoop * a[2],
+            (l[0][0] * a[0] + l[0][1] * a[3]) * 2.0,
+            (l[1][0] * a[3] + l[1][1] * a[1]) * 2.0,
+            self.hoop * a[2] * 2.0,
             l[0][0] * a[3] + l[0][1] * a[1] + l[1][0] * a[0] + l[1][1] * a[3],
         ]
+    }
+
+    /// Components rr, rz, zr, zz, tt.
+    #[inline(always)]
+    fn components(&self) -> [T; 5] {
+        let [[rr, rz], [zr, zz]] = self.plane;
+        [rr, rz, zr, zz, self.hoop]
+    }
+
+    /// The gradient with such components.
+    #[inline(always)]
+    fn of([rr, rz, zr, zz, tt]: [T; 5]) -> Self {
+        Self { plane: [[rr, rz], [zr, zz]], hoop: tt }
     }
 }
 
 /// One branch at a converged point: what both derivatives need of its update.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Flow {
-    frame: Spectral,
+struct Flow<T> {
+    frame: Spectral<T>,
     /// Deviatoric logarithmic trial strains.
-    trial: [f64; 3],
-    relaxed: Relaxed,
-    sensitivity: BranchSensitivity,
+    trial: [T; 3],
+    relaxed: Relaxed<T>,
+    sensitivity: BranchSensitivity<T>,
 }
 
-impl Flow {
+impl<T: Real> Flow<T> {
     #[inline(always)]
-    fn of(branch: &Branch, f: &DeformationGradient, cv_inverse: &Voigt, dt: f64) -> Option<Self> {
+    fn of(branch: &Branch, f: &DeformationGradient<T>, cv_inverse: &Voigt<T>, dt: f64) -> Option<Self> {
         let frame = Spectral::of(&f.push(cv_inverse))?;
         let trial = deviator(&frame.log_strains());
         let relaxed = branch.relax(&trial, dt)?;
-        Some(Self { frame, trial, relaxed, sensitivity: branch.sensitivity(&relaxed, dt) })
+        let sensitivity = branch.sensitivity(&relaxed, dt);
+        Some(Self { frame, trial, relaxed, sensitivity })
+    }
+}
+
+/// A linear map to tensors, column by column: there are more parameters than columns.
+struct Linear<T, const N: usize>([Voigt<T>; N]);
+
+impl<T: Real, const N: usize> Linear<T, N> {
+    /// The map that takes the unit vectors to `column`.
+    #[inline(always)]
+    fn new(one: T, column: impl Fn([T; N]) -> Voigt<T>) -> Self {
+        let zero = [one.constant(0.0); N];
+        let mut columns = [[zero[0]; 4]; N];
+        for (k, to) in columns.iter_mut().enumerate() {
+            let mut unit = zero;
+            unit[k] = one;
+            *to = column(unit);
+        }
+        Self(columns)
+    }
+
+    /// Adds the image of `v`.
+    #[inline(always)]
+    fn add(&self, v: &[T; N], sum: &mut Voigt<T>) {
+        for (column, v) in self.0.iter().zip(v) {
+            for (sum, entry) in sum.iter_mut().zip(column) {
+                *sum = entry.mul_add(*v, *sum);
+            }
+        }
     }
 }
 
@@ -73,42 +115,51 @@ const fn first_of(branch: usize) -> usize {
     MaterialParameter::Mu(Spring::Branch(branch)).index()
 }
 
+/// A converged step at one point.
+#[derive(Clone, Copy)]
+pub struct Step<'a, T = f64> {
+    /// Deformation at its end.
+    pub f: &'a DeformationGradient<T>,
+    /// `Cv^-1` of every branch at its start.
+    pub history: &'a [Voigt<T>],
+    /// Its length (s).
+    pub dt: f64,
+}
+
 impl PointMaterial {
     /// Change of the isochoric Kirchhoff stress at fixed deformation, by every parameter.
     ///
-    /// `changes` are those of the history at the step's start, parameter by parameter and branch by branch;
-    /// `stress` takes one tensor per parameter (Pa per unit of the parameter) and `flows` what
-    /// [`Self::history_sensitivity`] needs of each branch. `None` as in `elasticity`.
+    /// `changes` gives those of the history at the step's start, by parameter and branch; `stress` takes one
+    /// tensor per parameter (Pa per unit of the parameter). `None` as in `elasticity`.
     #[inline(always)]
-    pub fn stress_sensitivity(
+    pub fn stress_sensitivity<T: Real>(
         &self,
-        f: &DeformationGradient,
-        history: &[Voigt],
-        changes: &[Voigt],
-        dt: f64,
-        flows: &mut [Flow],
-        stress: &mut [Voigt],
+        Step { f, history, dt }: Step<'_, T>,
+        changes: impl Fn(usize, usize) -> Voigt<T>,
+        stress: &mut [Voigt<T>],
     ) -> Option<()> {
-        stress.fill([0.0; 4]);
-        let frame = Spectral::of(&f.push(&IDENTITY))?;
+        let (zero, one) = (f.hoop.constant(0.0), f.hoop.constant(1.0));
+        stress.fill([zero; 4]);
+        let frame = Spectral::of(&f.left_cauchy_green())?;
         let e = deviator(&frame.log_strains());
         let equilibrium: &Ogden = self.equilibrium_law();
         let first = MaterialParameter::Mu(Spring::Equilibrium).index();
         for (k, explicit) in equilibrium.sensitivity(&e, &equilibrium.powers(&e)).iter().enumerate() {
             stress[first + k] = frame.compose(explicit);
         }
-        let branches = history.len();
-        for (index, (cv_inverse, flow)) in history.iter().zip(flows).enumerate() {
-            let branch = &self.branch_laws()[index];
-            *flow = Flow::of(branch, f, cv_inverse, dt)?;
-            let powers = &flow.relaxed.powers;
+        for (index, (branch, cv_inverse)) in self.branch_laws().iter().zip(history).enumerate() {
+            let Flow { frame, relaxed, sensitivity, .. } = Flow::of(branch, f, cv_inverse, dt)?;
+            let powers = &relaxed.powers;
             let (beta, tangent) = (branch.spring.stress(powers), branch.tangent(powers, dt));
+            let by_history = Linear::new(
+                one,
+                closure!(|change: Voigt<T>| frame.differentiate(&beta, &tangent, &f.push(&change))),
+            );
             for (parameter, tau) in stress.iter_mut().enumerate() {
-                let own = parameter.wrapping_sub(first_of(index));
-                let explicit = flow.sensitivity.stress.get(own).unwrap_or(&[0.0; 3]);
-                let change = f.push(&changes[parameter * branches + index]);
-                let branch_stress = flow.frame.differentiate(&beta, &tangent, explicit, &change);
-                (0..4).for_each(|i| tau[i] += branch_stress[i]);
+                by_history.add(&changes(parameter, index), tau);
+            }
+            for (tau, explicit) in stress[first_of(index)..].iter_mut().zip(&sensitivity.stress) {
+                add(tau, &frame.compose(explicit));
             }
         }
         Some(())
@@ -116,50 +167,62 @@ impl PointMaterial {
 
     /// Change of the history over a converged step, by every parameter; the companion of `update`.
     ///
-    /// `gradients` are those of the displacement's changes, one per parameter; `changes` and `updated` are
-    /// the history's, and `flows` the branches, as in [`Self::stress_sensitivity`].
+    /// `gradients` are those of the displacement's changes, one per parameter; `changes` gives the history's at
+    /// the step's start and `updated` takes those at its end, by parameter and branch. `None` as in `update`.
     #[inline(always)]
-    pub fn history_sensitivity(
+    pub fn history_sensitivity<T: Real>(
         &self,
-        f: &DeformationGradient,
-        flows: &[Flow],
-        changes: &[Voigt],
-        gradients: &[SpatialGradient],
+        Step { f, history, dt }: Step<'_, T>,
         reach: f64,
-        updated: &mut [Voigt],
-    ) {
-        let branches = flows.len();
+        gradients: &[SpatialGradient<T>],
+        changes: impl Fn(usize, usize) -> Voigt<T>,
+        mut updated: impl FnMut(usize, usize, Voigt<T>),
+    ) -> Option<()> {
+        let (zero, one) = (f.hoop.constant(0.0), f.hoop.constant(1.0));
         let f_inverse = f.inverse();
-        for (index, Flow { frame, trial, relaxed, sensitivity }) in flows.iter().enumerate() {
+        for (index, (branch, cv_inverse)) in self.branch_laws().iter().zip(history).enumerate() {
+            let Flow { frame, trial, relaxed, sensitivity } = Flow::of(branch, f, cv_inverse, dt)?;
             // v_a = b_a exp(2 reach (eps_a - eps_trial_a)).
-            let squares: [f64; 3] = std::array::from_fn(|a| {
-                frame.squares[a] * (2.0 * reach * (relaxed.strain[a] - trial[a])).exp()
-            });
-            let mut slope = [[0.0; 3]; 3];
-            for (a, row) in slope.iter_mut().enumerate() {
-                let flow = deviator(&std::array::from_fn(|b| {
-                    sensitivity.strain_slope[a][b] - f64::from(u8::from(a == b))
-                }));
-                for (b, entry) in row.iter_mut().enumerate() {
-                    *entry = 2.0 * squares[a] * (f64::from(u8::from(a == b)) + reach * flow[b]);
+            let mut squares = frame.squares;
+            let (mut slope, mut explicit) = ([[zero; 3]; 3], [[zero; 3]; 3]);
+            for a in 0..3 {
+                squares[a] = squares[a] * ((relaxed.strain[a] - trial[a]) * (2.0 * reach)).exp();
+                let double = squares[a] * 2.0;
+                let mut flow = sensitivity.strain_slope[a];
+                flow[a] -= one;
+                let flow = deviator(&flow);
+                for b in 0..3 {
+                    slope[a][b] = double * flow[b] * reach;
+                    explicit[b][a] = double * sensitivity.strain[b][a] * reach;
                 }
+                slope[a][a] += double;
             }
-            let explicit = sensitivity
-                .strain
-                .map(|strain| std::array::from_fn(|a| 2.0 * reach * squares[a] * strain[a]));
-            let b_trial = frame.compose(&frame.squares);
-            let relaxed_tensor = frame.compose(&squares);
+            let by_tensor = closure!(|change: Voigt<T>| frame.differentiate(&squares, &slope, &change));
+            let by_history =
+                Linear::new(one, closure!(|change: Voigt<T>| f_inverse.push(&by_tensor(f.push(&change)))));
+            let (b_trial, b_relaxed) = (frame.compose(&frame.squares), frame.compose(&squares));
+            let by_gradient = Linear::new(
+                one,
+                closure!(|components: [T; 5]| {
+                    let l = SpatialGradient::of(components);
+                    let mut tensor = by_tensor(l.convect(&b_trial));
+                    for (tensor, convected) in tensor.iter_mut().zip(l.convect(&b_relaxed)) {
+                        *tensor -= convected;
+                    }
+                    f_inverse.push(&tensor)
+                }),
+            );
             for (parameter, l) in gradients.iter().enumerate() {
-                let own = explicit.get(parameter.wrapping_sub(first_of(index))).unwrap_or(&[0.0; 3]);
-                let mut change = f.push(&changes[parameter * branches + index]);
-                let convected = l.convect(&b_trial);
-                (0..4).for_each(|i| change[i] += convected[i]);
-                let mut tensor = frame.differentiate(&squares, &slope, own, &change);
-                let convected = l.convect(&relaxed_tensor);
-                (0..4).for_each(|i| tensor[i] -= convected[i]);
-                updated[parameter * branches + index] = f_inverse.push(&tensor);
+                let mut new = [zero; 4];
+                by_history.add(&changes(parameter, index), &mut new);
+                by_gradient.add(&l.components(), &mut new);
+                if let Some(explicit) = explicit.get(parameter.wrapping_sub(first_of(index))) {
+                    add(&mut new, &f_inverse.push(&frame.compose(explicit)));
+                }
+                updated(parameter, index, new);
             }
         }
+        Some(())
     }
 }
 
@@ -249,8 +312,9 @@ mod tests {
             gradients[parameter.index()] = l;
 
             let mut stress = vec![[0.0; 4]; count];
-            let mut flows = [Flow::default(); 2];
-            material.stress_sensitivity(&F, &HISTORY, &changes, DT, &mut flows, &mut stress).unwrap();
+            let step = Step { f: &F, history: &HISTORY, dt: DT };
+            let change = |parameter: usize, branch: usize| changes[2 * parameter + branch];
+            material.stress_sensitivity(step, change, &mut stress).unwrap();
             let at = |s: f64| {
                 let (material, f, history) = moved(parameter, effect, s, &still, &own);
                 material.elasticity(&f, &history, DT).unwrap().kirchhoff_stress
@@ -258,7 +322,8 @@ mod tests {
             compare(&stress[parameter.index()], &at(h), &at(-h), h);
 
             let mut updated = vec![[0.0; 4]; 2 * count];
-            material.history_sensitivity(&F, &flows, &changes, &gradients, REACH, &mut updated);
+            let update = |parameter: usize, branch: usize, new| updated[2 * parameter + branch] = new;
+            material.history_sensitivity(step, REACH, &gradients, change, update).unwrap();
             let at = |s: f64| {
                 let (material, f, history) = moved(parameter, effect, s, &l, &own);
                 let mut updated = [[0.0; 4]; 2];

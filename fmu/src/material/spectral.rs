@@ -1,119 +1,123 @@
 //! Spectral decomposition of axisymmetric tensors, and stress and tangent in the principal frame.
 
 use super::{Voigt, Voigt2};
+use crate::number::{Real, closure, each};
 
 /// Relative difference of squared stretches below which they count as equal.
 const DEGENERATE: f64 = 1e-7;
 
 /// Principal frame of a left Cauchy–Green tensor.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Spectral {
+pub struct Spectral<T = f64> {
     /// Squared principal stretches.
-    pub squares: [f64; 3],
-    /// Dyads `n_a n_a`.
-    pub dyads: [Voigt; 3],
-    /// `n_1 . d . n_2` as a linear form of the strain `d`.
-    pub shear: Voigt,
+    pub squares: [T; 3],
+    /// First dyad `n_1 n_1` (rr, zz, rz); the second is its complement in the plane, the third the hoop's.
+    dyad: [T; 3],
+    /// Half the cosine of twice the angle between `n_1` and the radius: `n_1 . d . n_2` is
+    /// `-rz (d_rr - d_zz) + half_cos d_rz` with rz of the dyad and an engineering shear.
+    half_cos: T,
 }
 
-impl Spectral {
-    /// Decomposes `b = [rr, zz, tt, rz]`; `None` unless it is positive definite.
+impl<T: Real> Spectral<T> {
+    /// Decomposes `b = [rr, zz, tt, rz]`; `None` unless it is positive definite (in every lane).
     #[inline(always)]
-    pub fn of(b: &Voigt) -> Option<Self> {
-        let (mean, half) = (0.5 * (b[0] + b[1]), 0.5 * (b[0] - b[1]));
+    pub fn of(b: &Voigt<T>) -> Option<Self> {
+        let (mean, half) = ((b[0] + b[1]) * 0.5, (b[0] - b[1]) * 0.5);
         // Components are of order one: `hypot` would guard against an overflow that cannot happen.
-        let radius = (half * half + b[3] * b[3]).sqrt();
-        let (cos2, sin2) =
-            if radius > f64::MIN_POSITIVE { (half / radius, b[3] / radius) } else { (1.0, 0.0) };
-        let (c2, s2, cs) = (0.5 * (1.0 + cos2), 0.5 * (1.0 - cos2), 0.5 * sin2);
+        let radius = half.mul_add(half, b[3] * b[3]).sqrt();
         let first = mean + radius;
         // det / first avoids the cancellation of mean - radius.
         let second = (b[0] * b[1] - b[3] * b[3]) / first;
-        if !(second > 0.0 && b[2] > 0.0 && first.is_finite()) {
+        let least = first.constant(f64::MIN_POSITIVE);
+        if !(second.all_greater(least)
+            && b[2].all_greater(least)
+            && first.constant(f64::INFINITY).all_greater(first))
+        {
             return None;
         }
-        Some(Self {
-            squares: [first, second, b[2]],
-            dyads: [[c2, s2, 0.0, cs], [s2, c2, 0.0, -cs], [0.0, 0.0, 1.0, 0.0]],
-            shear: [-cs, cs, 0.0, 0.5 * cos2],
-        })
+        let inverse = radius.recip() * 0.5;
+        let half_cos = radius.where_greater(least, half * inverse, radius.constant(0.5));
+        let rz = radius.where_greater(least, b[3] * inverse, radius.constant(0.0));
+        Some(Self { squares: [first, second, b[2]], dyad: [half_cos + 0.5, -half_cos + 0.5, rz], half_cos })
     }
 
     /// Principal logarithmic strains.
     #[inline(always)]
-    pub fn log_strains(&self) -> [f64; 3] {
-        self.squares.map(|s| 0.5 * s.ln())
+    pub fn log_strains(&self) -> [T; 3] {
+        each(&self.squares, closure!(|s: T| s.ln() * 0.5))
     }
 
     /// Tensor with principal values `v`.
     #[inline(always)]
-    pub fn compose(&self, v: &[f64; 3]) -> Voigt {
-        std::array::from_fn(|i| (0..3).map(|a| v[a] * self.dyads[a][i]).sum())
+    pub fn compose(&self, v: &[T; 3]) -> Voigt<T> {
+        let [c2, s2, cs] = self.dyad;
+        [v[0].mul_add(c2, v[1] * s2), v[0].mul_add(s2, v[1] * c2), v[2], (v[0] - v[1]) * cs]
+    }
+
+    /// Whether the in-plane stretches differ: `yes` if so, `no` where they count as equal.
+    #[inline(always)]
+    fn where_distinct(&self, yes: T, no: T) -> T {
+        let [s1, s2, _] = self.squares;
+        (s1 - s2).where_greater(s1 * DEGENERATE, yes, no)
     }
 
     /// Change of the isotropic tensor with principal values `v` as the decomposed tensor changes by `change`.
     ///
-    /// `slope[a][b]` is the derivative of `v_a` by the logarithmic strain b, `explicit` the change of `v` at
-    /// fixed strain.
+    /// `slope[a][b]` is the derivative of `v_a` by the logarithmic strain b.
     #[inline(always)]
-    pub fn differentiate(
-        &self,
-        v: &[f64; 3],
-        slope: &[[f64; 3]; 3],
-        explicit: &[f64; 3],
-        change: &Voigt,
-    ) -> Voigt {
-        let strain: [f64; 3] = std::array::from_fn(|a| {
-            let (d, s) = (&self.dyads[a], self.squares[a]);
-            (d[0] * change[0] + d[1] * change[1] + d[2] * change[2] + 2.0 * d[3] * change[3]) / (2.0 * s)
-        });
-        let values: [f64; 3] = std::array::from_fn(|a| {
-            explicit[a] + slope[a][0] * strain[0] + slope[a][1] * strain[1] + slope[a][2] * strain[2]
-        });
-        let (s1, s2) = (self.squares[0], self.squares[1]);
-        let ratio = if (s1 - s2).abs() > DEGENERATE * s1 {
-            (v[0] - v[1]) / (s1 - s2)
-        } else {
-            (slope[0][0] - slope[0][1] - slope[1][0] + slope[1][1]) / (4.0 * s1)
-        };
-        let n = &self.shear;
-        let turn = 2.0 * ratio * (n[0] * change[0] + n[1] * change[1] + 2.0 * n[3] * change[3]);
-        let mut result = self.compose(&values);
-        result.iter_mut().zip(n).for_each(|(r, n)| *r += turn * n);
-        result
+    pub fn differentiate(&self, v: &[T; 3], slope: &[[T; 3]; 3], change: &Voigt<T>) -> Voigt<T> {
+        let ([s1, s2, _], [c2, d2, cs]) = (self.squares, self.dyad);
+        let half = each(&self.squares, closure!(|s: T| s.recip() * 0.5));
+        let limit = (slope[0][0] - slope[0][1] - slope[1][0] + slope[1][1]) * half[0] * 0.5;
+        let ratio = self.where_distinct((v[0] - v[1]) / (s1 - s2), limit) * 2.0;
+        let twist = cs * change[3] * 2.0;
+        let strain = [
+            c2.mul_add(change[0], d2.mul_add(change[1], twist)) * half[0],
+            d2.mul_add(change[0], c2.mul_add(change[1], -twist)) * half[1],
+            change[2] * half[2],
+        ];
+        let values = each(
+            slope,
+            closure!(|s: [T; 3]| s[0].mul_add(strain[0], s[1].mul_add(strain[1], s[2] * strain[2]))),
+        );
+        let turn = ratio * cs.mul_add(change[1] - change[0], self.half_cos * change[3] * 2.0);
+        let [rr, zz, tt, rz] = self.compose(&values);
+        [rr - turn * cs, zz + turn * cs, tt, turn.mul_add(self.half_cos, rz)]
     }
 
     /// Adds the spatial tangent (Oldroyd rate of `tau`) of an isotropic law with principal Kirchhoff
     /// stresses `tau` and their derivative `dtau` with respect to the logarithmic strains.
     #[inline(always)]
-    pub fn add_tangent(&self, tau: &[f64; 3], dtau: &[[f64; 3]; 3], into: &mut Voigt2) {
+    pub fn add_tangent(&self, tau: &[T; 3], dtau: &[[T; 3]; 3], into: &mut Voigt2<T>) {
         let mut a = *dtau;
         for i in 0..3 {
-            a[i][i] -= 2.0 * tau[i];
+            a[i][i] -= tau[i] * 2.0;
         }
-        let (s1, s2) = (self.squares[0], self.squares[1]);
-        let g = if (s1 - s2).abs() > DEGENERATE * s1 {
-            (tau[0] * s2 - tau[1] * s1) / (s1 - s2)
-        } else {
-            0.25 * (dtau[0][0] - dtau[0][1] - dtau[1][0] + dtau[1][1]) - 0.5 * (tau[0] + tau[1])
-        };
-        for i in 0..4 {
-            let row: [f64; 3] = std::array::from_fn(|b| (0..3).map(|m| self.dyads[m][i] * a[m][b]).sum());
-            for j in 0..4 {
-                into[i][j] += row[0] * self.dyads[0][j]
-                    + row[1] * self.dyads[1][j]
-                    + row[2] * self.dyads[2][j]
-                    + 4.0 * g * self.shear[i] * self.shear[j];
+        let ([s1, s2, _], [c2, d2, cs]) = (self.squares, self.dyad);
+        let limit = (dtau[0][0] - dtau[0][1] - dtau[1][0] + dtau[1][1]) * 0.25 - (tau[0] + tau[1]) * 0.5;
+        let g = self.where_distinct((tau[0] * s2 - tau[1] * s1) / (s1 - s2), limit);
+        // In-plane components rr, zz, rz of both dyads, and of the shear with its factor.
+        let (first, second) = ([c2, d2, cs], [d2, c2, -cs]);
+        let shear = [-cs, cs, self.half_cos];
+        for (i, row) in [0, 1, 3].into_iter().enumerate() {
+            let along = each(&[0, 1, 2], closure!(|b: usize| first[i].mul_add(a[0][b], second[i] * a[1][b])));
+            let turn = g * shear[i] * 4.0;
+            for (j, column) in [0, 1, 3].into_iter().enumerate() {
+                let sum = turn.mul_add(shear[j], into[row][column]);
+                into[row][column] = along[0].mul_add(first[j], along[1].mul_add(second[j], sum));
             }
+            into[row][2] += along[2];
+            into[2][row] += a[2][0].mul_add(first[i], a[2][1] * second[i]);
         }
+        into[2][2] += a[2][2];
     }
 }
 
 /// Deviator of three principal values.
 #[inline(always)]
-pub fn deviator(v: &[f64; 3]) -> [f64; 3] {
-    let mean = (v[0] + v[1] + v[2]) / 3.0;
-    v.map(|x| x - mean)
+pub fn deviator<T: Real>(v: &[T; 3]) -> [T; 3] {
+    let mean = (v[0] + v[1] + v[2]) * (1.0 / 3.0);
+    each(v, closure!(|x: T| x - mean))
 }
 
 #[cfg(test)]
@@ -142,7 +146,7 @@ mod tests {
         for b in [[1.3, 0.7, 0.9, 0.2], [1.0, 1.0, 1.0, 0.0], [0.5, 2.0, 1.1, -0.4]] {
             let s = Spectral::of(&b).unwrap();
             let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-            let exact = s.differentiate(&s.log_strains(), &identity, &[0.0; 3], &change);
+            let exact = s.differentiate(&s.log_strains(), &identity, &change);
             let moved = |sign: f64| log(&std::array::from_fn(|i| b[i] + sign * h * change[i]));
             let (up, down) = (moved(1.0), moved(-1.0));
             for i in 0..4 {

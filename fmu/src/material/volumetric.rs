@@ -1,5 +1,7 @@
 //! Volumetric extra stress with a compaction point (Eq. 10).
 
+use crate::number::Real;
+
 /// `tau_vol = lambda* (1-n)^2 (J/(1-n) - J/(J-n)) 1`, n = n0S; `J -> n` is compaction.
 #[derive(Debug, Clone, Copy)]
 pub struct Volumetric {
@@ -22,26 +24,28 @@ impl Volumetric {
 
     /// Kirchhoff stress (Pa) on the diagonal and `J d tau / dJ` (Pa).
     #[inline(always)]
-    pub fn stress(&self, j: f64) -> (f64, f64) {
+    pub fn stress<T: Real>(&self, j: T) -> (T, T) {
         let (s, n) = (1.0 - self.n0s, self.n0s);
-        let c = self.lambda_star * s * s;
-        let pore = j - n;
-        (c * (j / s - j / pore), c * j * (1.0 / s + n / (pore * pore)))
+        let c = j * (self.lambda_star * s * s);
+        let inverse = (j - n).recip();
+        (c * (-inverse + 1.0 / s), c * (inverse * inverse * n + 1.0 / s))
     }
 
     /// Derivatives of the Kirchhoff stress by the parameters lambda* [-] and n0S (Pa).
     #[inline(always)]
-    pub fn sensitivity(&self, j: f64) -> [f64; 2] {
-        let (s, pore) = (1.0 - self.n0s, j - self.n0s);
-        let by_n0s = self.lambda_star * (2.0 * s * j / pore - j - s * s * j / (pore * pore));
-        [self.scale * (s * j - s * s * j / pore), by_n0s]
+    pub fn sensitivity<T: Real>(&self, j: T) -> [T; 2] {
+        let s = 1.0 - self.n0s;
+        let closed = (j - self.n0s).recip() * s;
+        let by_n0s = j * self.lambda_star * (closed * 2.0 - closed * closed - 1.0);
+        [j * (self.scale * s) * (-closed + 1.0), by_n0s]
     }
 
     /// Stored energy (J/m^3).
     #[inline(always)]
-    pub fn energy(&self, j: f64) -> f64 {
+    pub fn energy<T: Real>(&self, j: T) -> T {
         let (s, n) = (1.0 - self.n0s, self.n0s);
-        self.lambda_star * s * s * ((j - 1.0) / s - ((j - n) / s).ln())
+        let inverse = 1.0 / s;
+        ((j - 1.0) * inverse - ((j - n) * inverse).ln()) * (self.lambda_star * s * s)
     }
 }
 
