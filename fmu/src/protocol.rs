@@ -62,11 +62,6 @@ impl Protocol {
         &self.points
     }
 
-    /// Adds a length (m) to all displacements.
-    pub fn shift(&mut self, length: f64) {
-        self.points.iter_mut().for_each(|p| p.1 += length);
-    }
-
     /// Time of the first point (s).
     pub fn start_time(&self) -> f64 {
         self.points[0].0

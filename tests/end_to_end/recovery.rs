@@ -198,7 +198,7 @@ fn adhesion() {
 
 #[test]
 fn offset() {
-    recovers("offset", Some(1.0), Then::Hold, &[], &[&["effect.offset.height=5e-5"]]);
+    recovers("offset", Some(2.5), Then::Hold, &[], &[&["effect.offset.height=5e-5"]]);
 }
 
 #[test]

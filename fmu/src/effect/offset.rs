@@ -25,7 +25,7 @@ pub const EFFECT: Effect = Effect {
     name: "offset",
     title: "contact-point offset",
     place: Place::Contact,
-    variants: &[two_sided("surface above zero", &[linear("effect.offset.height", 0.0, 5e-5)])],
+    variants: &[two_sided("surface above zero", &[linear("effect.offset.height", 0.0, 2e-5)])],
     physics: "The surface was found at a threshold force, or by eye, and lies elsewhere. Contact begins earlier \
               or later, and every depth is wrong by the same height.",
     revealed_by: "The onset of force in the approach and the foot of the loading ramp.",

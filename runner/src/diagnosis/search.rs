@@ -26,7 +26,7 @@ const HOPELESS: f64 = 0.2;
 /// Evidence (twice the logarithm) that a second effect must have in the rest of the best single one.
 const PAIR_GAIN: f64 = 8.0;
 /// A second effect that gains a smaller part of what the first does makes up for the first one's form.
-const FORM: f64 = 0.05;
+const FORM: f64 = 0.1;
 /// An effect of which screening expects a smaller part of the gap is no single cause of all of it.
 const WORTH_TRYING: f64 = 0.1;
 

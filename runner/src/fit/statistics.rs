@@ -6,6 +6,7 @@
 //! - `s^2`: 1 for known noise, but never less than the reduced chi^2 (a model that misses the data is not known
 //!   to the data's precision); the reduced chi^2 itself when the noise is unknown;
 //! - `q`: integrated autocorrelation time of the residuals in points, where neighbours are correlated;
+//! - both of what known noise's common errors leave, `e = r - V (1 + V'V)^-1 V' r`: chi^2 is then `r' (1 + V V')^-1 r = r'e`;
 //! - `B`: what the bounds say, `12 / (upper - lower)^2` on the diagonal;
 //! - `v_k`: residual caused by one standard deviation of an error common to all points, such as the amplitude
 //!   of the specimens.
@@ -113,11 +114,13 @@ pub struct ParameterEstimate {
 pub struct Statistics {
     /// Sum of squared residuals.
     pub chi_square: f64,
+    /// Part of it that errors account for which many points share; 0 where the noise is not known.
+    pub shared_chi_square: f64,
     /// Number of residuals.
     pub points: usize,
     /// Degrees of freedom.
     pub degrees_of_freedom: usize,
-    /// chi^2 per degree of freedom.
+    /// The rest of chi^2 per degree of freedom.
     pub reduced_chi_square: f64,
     /// Standard deviation of a residual that the intervals rest on, `sqrt(s^2 q)`.
     pub noise: f64,
@@ -142,8 +145,11 @@ impl Statistics {
         let (m, n) = solution.jacobian.shape();
         check_sizes(parameters, noise, m, n)?;
         let degrees_of_freedom = m - n;
-        let reduced = solution.chi_square / degrees_of_freedom as f64;
-        let correlation_time = correlation_time(&solution.residual, &noise.stretches);
+        let own = own_residual(&solution.residual, noise);
+        let shared_chi_square =
+            solution.chi_square - own.dot(&DVector::from_column_slice(&solution.residual));
+        let reduced = (solution.chi_square - shared_chi_square) / degrees_of_freedom as f64;
+        let correlation_time = correlation_time(own.as_slice(), &noise.stretches);
         let scale = if noise.known { reduced.max(1.0) } else { reduced };
         let variance = scale * correlation_time;
         let precision = Precision::new(&solution.jacobian, variance.sqrt(), parameters);
@@ -164,6 +170,7 @@ impl Statistics {
             .collect();
         Ok(Self {
             chi_square: solution.chi_square,
+            shared_chi_square,
             points: m,
             degrees_of_freedom,
             reduced_chi_square: reduced,
@@ -187,6 +194,22 @@ impl Statistics {
     pub fn covariance(&self) -> DMatrix<f64> {
         &self.root * self.root.transpose()
     }
+}
+
+/// What the likeliest common errors leave of the residuals, where the noise is known.
+fn own_residual(residual: &[f64], noise: &Noise) -> DVector<f64> {
+    let residual = DVector::from_column_slice(residual);
+    if !noise.known || noise.common.is_empty() {
+        return residual;
+    }
+    let columns: Vec<DVector<f64>> =
+        noise.common.iter().map(|c| DVector::from_column_slice(&c.residual)).collect();
+    let common = DMatrix::from_columns(&columns);
+    let normal = DMatrix::identity(columns.len(), columns.len()) + common.tr_mul(&common);
+    // At least the identity: it can be factorised unless a residual is no number.
+    let Some(normal) = normal.cholesky() else { return residual };
+    let heights = normal.solve(&common.tr_mul(&residual));
+    residual - common * heights
 }
 
 fn check_sizes(parameters: &[FitParameter], noise: &Noise, m: usize, n: usize) -> Result<(), FitError> {

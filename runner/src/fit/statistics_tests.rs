@@ -91,6 +91,27 @@ fn common_amplitude_error_dominates() {
     assert!(statistics.estimates[0].common_share > 0.95);
 }
 
+/// Residuals that are three times a common error: what is left of chi^2 is `9 |v|^2 / (1 + |v|^2)` (Sherman and Morrison), no
+/// misfit, and no neighbours are correlated.
+#[test]
+fn a_common_error_is_no_misfit() {
+    let parameters = [linear("a", 0.0)];
+    let shape: Vec<f64> = (0..400).map(|i| 2.0 + (i as f64 / 40.0).sin()).collect();
+    let white = |i: usize| if i % 2 == 0 { 0.7 } else { -0.7 };
+    let s = solution(vec![0.0], shape.iter().map(|v| 3.0 * v).collect(), DMatrix::from_element(400, 1, 0.01));
+    let common = CommonError { name: "height".to_owned(), residual: shape.clone() };
+    let noise = Noise { known: true, common: vec![common], stretches: vec![400] };
+    let statistics = Statistics::new(&parameters, &s, &noise).unwrap();
+    let square: f64 = shape.iter().map(|v| v * v).sum();
+    let left = statistics.chi_square - statistics.shared_chi_square;
+    assert_relative_eq!(left, 9.0 * square / (1.0 + square), max_relative = 1e-9);
+    let noisy = shape.iter().enumerate().map(|(i, v)| 3.0 * v + white(i)).collect();
+    let s = solution(vec![0.0], noisy, DMatrix::from_element(400, 1, 0.01));
+    let statistics = Statistics::new(&parameters, &s, &noise).unwrap();
+    assert!((statistics.reduced_chi_square - 0.5).abs() < 0.05, "{}", statistics.reduced_chi_square);
+    assert_eq!(statistics.correlation_time, 1.0);
+}
+
 #[test]
 fn correlated_residuals_widen_the_interval() {
     let parameters = [positive("g", 10.0, [0.1, 1e3])];

@@ -269,6 +269,7 @@ fn summary(solution: &Solution, statistics: &Statistics, noise: &Noise) -> FitSu
         iterations: solution.iteration_count(),
         evaluations: solution.evaluations,
         chi_square: statistics.chi_square,
+        shared_chi_square: statistics.shared_chi_square,
         points: statistics.points,
         degrees_of_freedom: statistics.degrees_of_freedom,
         reduced_chi_square: statistics.reduced_chi_square,

@@ -244,11 +244,14 @@ pub struct FitSummary {
     pub evaluations: usize,
     /// Sum of squared residuals.
     pub chi_square: f64,
+    /// Part of it that errors account for which many points share, such as the heights of the specimens.
+    #[serde(default)]
+    pub shared_chi_square: f64,
     /// Number of residuals.
     pub points: usize,
     /// Residuals minus free parameters.
     pub degrees_of_freedom: usize,
-    /// chi^2 per degree of freedom.
+    /// The rest of chi^2 per degree of freedom.
     pub reduced_chi_square: f64,
     /// Residuals are in units of their known standard deviation.
     pub noise_known: bool,

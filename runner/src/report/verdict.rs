@@ -75,6 +75,9 @@ fn fitted_rms(report: &FitReport) -> f64 {
     f64::sqrt(sum / f64::max(count, 1.0))
 }
 
+/// A part of chi^2 that a reader should know of.
+const NOTABLE: f64 = 0.2;
+
 fn warnings(report: &FitReport) -> Vec<String> {
     let fit = &report.fit;
     let mut warnings = vec![];
@@ -95,6 +98,14 @@ fn warnings(report: &FitReport) -> Vec<String> {
                 [one] => format!("{one} sits"),
                 _ => format!("{} sit", list(&at_bound)),
             }
+        ));
+    }
+    if fit.noise_known && fit.shared_chi_square > NOTABLE * fit.chi_square {
+        warnings.push(format!(
+            "Of chi^2, {} of {} is errors that many points share, such as the heights of the specimens of one test against \
+             another's; it is the rest that is compared with the noise.",
+            significant(fit.shared_chi_square, 3),
+            significant(fit.chi_square, 3)
         ));
     }
     if fit.correlation_time > 1.5 {
