@@ -19,6 +19,10 @@ const INADEQUATE: f64 = 0.01;
 const PAIR_PENALTY: f64 = 4.0;
 const ELSE_PENALTY: f64 = 4.0;
 
+/// Part of the answers that find a gap and are right: nature keeps to no catalogue's forms, which the evidence does not know. Found on one
+/// half of a hundred cases of `challenge` (24 of 28) and confirmed on the other (21 of 24).
+const RELIABILITY: f64 = 0.86;
+
 /// What is weighed.
 pub struct Evidence<'a> {
     /// Family-wise probability of the largest score under noise.
@@ -73,7 +77,7 @@ pub fn decide(e: &Evidence) -> Decision {
         kind,
         members,
         refit,
-        confidence: confidence.clamp(0.01, 0.99),
+        confidence: confidence.clamp(0.01, 0.99) * if kind == Kind::NoGap { 1.0 } else { RELIABILITY },
         probabilities: probabilities.clone(),
     };
     if e.probability > SIGNIFICANT {
