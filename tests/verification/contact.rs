@@ -26,7 +26,7 @@ fn six_cycles() {
 
 /// Goal: the same on the finer meshes.
 #[test]
-#[ignore = "takes four minutes"]
+#[ignore = "takes a minute and a half"]
 fn six_cycles_standard_and_fine() {
     check_six_cycles(MeshPreset::Standard);
     check_six_cycles(MeshPreset::Fine);
