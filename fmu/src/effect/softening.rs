@@ -8,11 +8,11 @@
 //! ends, an error of second order.
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
+use crate::material::Voigt;
 use crate::material::point::{DeformationGradient, Elasticity};
 use crate::material::sensitivity::SpatialGradient;
 use crate::material::spectral::{Spectral, deviator};
-use crate::material::Voigt;
-use crate::number::{Real, each, closure};
+use crate::number::{Real, closure, each};
 use crate::variables::units::ONE;
 use crate::variables::{Variable, field, real};
 use serde::{Deserialize, Serialize};
