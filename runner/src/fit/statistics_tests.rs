@@ -97,7 +97,7 @@ fn common_amplitude_error_dominates() {
 fn a_common_error_is_no_misfit() {
     let parameters = [linear("a", 0.0)];
     let shape: Vec<f64> = (0..400).map(|i| 2.0 + (i as f64 / 40.0).sin()).collect();
-    let white = |i: usize| if i % 2 == 0 { 0.7 } else { -0.7 };
+    let white = |i: usize| if i.is_multiple_of(2) { 0.7 } else { -0.7 };
     let s = solution(vec![0.0], shape.iter().map(|v| 3.0 * v).collect(), DMatrix::from_element(400, 1, 0.01));
     let common = CommonError { name: "height".to_owned(), residual: shape.clone() };
     let noise = Noise { known: true, common: vec![common], stretches: vec![400] };
