@@ -2,26 +2,8 @@
 
 use super::shape::{GAUSS_POINTS, POINTS, Shape, VOLUMETRIC_POINTS};
 use crate::mesh::{CORNERS, Element, Face, Mesh, NODES};
-use crate::number::{PACKET, Packet};
+use crate::number::{PACKET, Packet, closure, each_of};
 use std::f64::consts::TAU;
-
-#[inline(always)]
-fn load_each<const N: usize, G, T: Copy>(v: &[G; N], load: impl Fn(&G) -> T) -> [T; N] {
-    let mut result = [load(&v[0]); N];
-    for i in 1..N {
-        result[i] = load(&v[i]);
-    }
-    result
-}
-
-#[inline(always)]
-fn load_pairs<const N: usize, G, T: Copy>(v: &[[G; 2]; N], load: impl Fn(&G) -> T + Copy) -> [[T; 2]; N] {
-    let mut result = [load_each(&v[0], load); N];
-    for i in 1..N {
-        result[i] = load_each(&v[i], load);
-    }
-    result
-}
 
 /// What the kernel needs to know of the reference configuration at one point.
 #[derive(Debug, Clone, Copy)]
@@ -44,11 +26,12 @@ impl<G> PointGeometry<G> {
     /// The same in numbers of another kind.
     #[inline(always)]
     pub fn load<T: Copy>(&self, load: impl Fn(&G) -> T + Copy) -> PointGeometry<T> {
+        let pair = closure!(|pair: &[G; 2]| each_of(pair, load));
         PointGeometry {
-            n: load_each(&self.n, load),
-            gradient: load_pairs(&self.gradient, load),
-            p: load_each(&self.p, load),
-            pressure_gradient: load_pairs(&self.pressure_gradient, load),
+            n: each_of(&self.n, load),
+            gradient: each_of(&self.gradient, pair),
+            p: each_of(&self.p, load),
+            pressure_gradient: each_of(&self.pressure_gradient, pair),
             radius: load(&self.radius),
             measure: load(&self.measure),
         }

@@ -55,17 +55,6 @@ pub trait Real:
     }
 }
 
-/// `f` of every entry. Vector instructions are only as fast as they should be in line: the closure of
-/// `array::map` may stay a function of its own, one made by `closure!` may not.
-#[inline(always)]
-pub fn each<const N: usize, A: Copy, B: Copy>(v: &[A; N], f: impl Fn(A) -> B) -> [B; N] {
-    let mut result = [f(v[0]); N];
-    for i in 1..N {
-        result[i] = f(v[i]);
-    }
-    result
-}
-
 /// A closure that is always compiled in line (stable Rust allows the attribute only before arguments).
 macro_rules! closure {
     ($($closure:tt)*) => {
@@ -73,6 +62,23 @@ macro_rules! closure {
     };
 }
 pub(crate) use closure;
+
+/// `f` of every entry. Vector instructions are only as fast as they should be in line: the closure of
+/// `array::map` may stay a function of its own, one made by `closure!` may not.
+#[inline(always)]
+pub fn each<const N: usize, A: Copy, B: Copy>(v: &[A; N], f: impl Fn(A) -> B) -> [B; N] {
+    each_of(v, closure!(|entry: &A| f(*entry)))
+}
+
+/// The same of entries that stay where they are.
+#[inline(always)]
+pub fn each_of<const N: usize, A, B: Copy>(v: &[A; N], f: impl Fn(&A) -> B) -> [B; N] {
+    let mut result = [f(&v[0]); N];
+    for i in 1..N {
+        result[i] = f(&v[i]);
+    }
+    result
+}
 
 impl Real for f64 {
     #[inline(always)]

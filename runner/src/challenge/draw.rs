@@ -51,6 +51,7 @@ const OFF: f64 = 0.3;
 const SIZES: (f64, f64) = (0.7, 4.0);
 /// Of those that nobody can see.
 const WEAK: (f64, f64) = (0.005, 0.02);
+
 /// Draws `cases` cases.
 pub fn draw(seed: u64, cases: usize) -> Vec<Drawn> {
     let mut random = Random::new(seed);

@@ -135,12 +135,11 @@ fn is_right(solution: &Solution, answer: &Answer) -> bool {
     match solution.drawn.kind {
         CaseKind::Null => answer.kind == Kind::NoGap,
         CaseKind::Outside => !accuses(answer),
-        CaseKind::Single | CaseKind::Weak if !is_visible(solution) => {
-            !accuses(answer) || (solution.effects.iter().all(names) && answer.families.len() <= LARGEST_GROUP)
+        CaseKind::Single | CaseKind::Weak if accuses(answer) => {
+            solution.effects.iter().all(names) && answer.families.len() <= LARGEST_GROUP
         }
-        CaseKind::Single | CaseKind::Weak => {
-            accuses(answer) && solution.effects.iter().all(names) && answer.families.len() <= LARGEST_GROUP
-        }
+        // To accuse nothing is right only of what cannot be seen.
+        CaseKind::Single | CaseKind::Weak => !is_visible(solution),
         CaseKind::Pair => {
             let found = solution.effects.iter().filter(|e| names(e)).count();
             // Of a pair of which one is too weak to see, the other is a right answer.

@@ -54,10 +54,13 @@ impl EngineArguments {
         let (input, output) = (self.input.clone(), self.output.clone());
         let names = Names { input, output, extra: extra.to_vec(), sensitivities, ..Names::default() };
         let engine = self.engine_of(names.clone(), cache.clone(), stop)?;
+        if !sensitivities {
+            return Ok(engine);
+        }
         let requests = Requests { set: self.settings(), ..Requests::default() };
         // Settings that cannot be used are the caller's to report.
         let refused = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)
-            .is_ok_and(|p| sensitivities && !engine.offers_derivatives(&p.settings(p.start())));
+            .is_ok_and(|p| !engine.offers_derivatives(&p.settings(p.start())));
         if refused {
             return self.engine_of(Names { sensitivities: false, ..names }, cache, stop);
         }

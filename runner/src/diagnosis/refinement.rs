@@ -2,9 +2,8 @@
 
 use super::problem::Setup;
 use crate::fit::EvaluationFailure;
-use crate::noise::Observation;
-use crate::noise::{Common, refinement};
-use crate::pool::{Job, Priority};
+use crate::noise::{Common, Observation, refinement};
+use crate::pool::{Priority, Run};
 
 const PRESET: &str = "mesh.preset";
 const TOLERANCE: &str = "solver.tolerance";
@@ -32,16 +31,11 @@ pub fn refined(setup: Setup, x: &[f64]) -> Result<Vec<Common>, EvaluationFailure
         let mut values = setup.parameters.settings(x);
         let Some(value) = setup.value(&values, parameter) else { continue };
         values.insert(parameter.to_owned(), change(value));
-        let job = |o: &Observation| o.dataset.job(&values);
-        if let Some(fine) = rerun(setup, &job)? {
+        let start = |o: &Observation| setup.engine.submit(&o.dataset.job(&values), Priority::Urgent);
+        let runs: Vec<Run> = setup.observations.iter().map(start).collect();
+        if let Some(fine) = Setup::computable_forces_mn(&runs)? {
             all.extend(refinement(&format!("simulation: {name}"), &plain, &fine));
         }
     }
     Ok(all)
-}
-
-/// Forces of other runs of all tests (mN); `None` where the model fails.
-fn rerun(setup: Setup, job: &dyn Fn(&Observation) -> Job) -> Result<Option<Vec<f64>>, EvaluationFailure> {
-    let start = |o: &Observation| setup.engine.submit(&job(o), Priority::Urgent);
-    Setup::computable_forces_mn(&setup.observations.iter().map(start).collect::<Vec<_>>())
 }

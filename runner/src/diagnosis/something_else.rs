@@ -7,8 +7,7 @@
 
 use super::screening::Linearised;
 use crate::fit::Whitening;
-use crate::noise::Observation;
-use crate::noise::hats;
+use crate::noise::{Observation, hats};
 use nalgebra::{DMatrix, DVector};
 
 /// Hats per decade of time.

@@ -85,13 +85,22 @@ impl<'a, P: Problem, N: SharedNoise> SharedErrors<'a, P, N> {
     fn heights(&self, raw: &DVector<f64>) -> Result<Heights, EvaluationFailure> {
         let white = self.noise.white();
         let columns = scaled(self.noise.shared(&(raw + &self.measured)), white);
-        let k = columns.ncols();
-        let normal = (DMatrix::identity(k, k) + columns.tr_mul(&columns)).cholesky();
-        // Positive definite but for values that are not finite.
-        let normal = normal.ok_or_else(|| EvaluationFailure::Failed("forces are not finite".to_owned()))?;
-        let best = -normal.solve(&columns.tr_mul(&raw.component_div(white)));
-        Ok(Heights { columns, normal, best })
+        let (normal, likeliest) = likeliest_heights(&columns, &raw.component_div(white))
+            .ok_or_else(|| EvaluationFailure::Failed("forces are not finite".to_owned()))?;
+        Ok(Heights { columns, normal, best: -likeliest })
     }
+}
+
+/// Factors of `1 + V'V` and the likeliest heights `(1 + V'V)^-1 V' r` of the errors `V`, for residuals in units of the white
+/// noise; `None` only where values are not finite.
+pub(super) fn likeliest_heights(
+    columns: &DMatrix<f64>,
+    residual: &DVector<f64>,
+) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
+    let k = columns.ncols();
+    let normal = (DMatrix::identity(k, k) + columns.tr_mul(columns)).cholesky()?;
+    let heights = normal.solve(&columns.tr_mul(residual));
+    Some((normal, heights))
 }
 
 /// Rows divided by `white`.

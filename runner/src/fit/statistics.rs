@@ -13,6 +13,7 @@
 
 use super::parameter::{FitParameter, Transform};
 use super::problem::FitError;
+use super::shared_errors::likeliest_heights;
 use super::solution::Solution;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -205,10 +206,7 @@ fn own_residual(residual: &[f64], noise: &Noise) -> DVector<f64> {
     let columns: Vec<DVector<f64>> =
         noise.common.iter().map(|c| DVector::from_column_slice(&c.residual)).collect();
     let common = DMatrix::from_columns(&columns);
-    let normal = DMatrix::identity(columns.len(), columns.len()) + common.tr_mul(&common);
-    // At least the identity: it can be factorised unless a residual is no number.
-    let Some(normal) = normal.cholesky() else { return residual };
-    let heights = normal.solve(&common.tr_mul(&residual));
+    let Some((_, heights)) = likeliest_heights(&common, &residual) else { return residual };
     residual - common * heights
 }
 

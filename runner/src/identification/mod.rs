@@ -12,8 +12,7 @@ pub use settings::{FitSettings, JacobianSource, Settings, SettingsError, Source}
 use crate::engine::Engine;
 use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options};
-use crate::noise::Observation;
-use crate::noise::{Common, test_noise};
+use crate::noise::{Common, Observation, test_noise};
 use crate::objective::{Dataset, JacobianLoad, Objective, ParameterMap};
 use crate::pool::{ForceCurve, Priority, Run};
 use nalgebra::DVector;
