@@ -38,6 +38,8 @@ const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
 const FINAL: f64 = 1e-3;
 /// An iteration that lowers chi^2 by a smaller part ends a rough fit.
 const ROUGH: f64 = 3e-2;
+/// An iteration that is expected to lower chi^2 by less than this part of either is not made: the linear model is at its best there.
+const FORESEEN: f64 = 0.1;
 /// A rough fit with this chi^2 per point is near the best: no further start is tried.
 const ENOUGH: f64 = 1.1;
 /// A rough fit with more than this chi^2 per point misses the data, however it is polished.
@@ -64,7 +66,7 @@ pub enum FitFailure {
 pub struct FitPlan {
     /// Starts of parameters and magnitudes, tried until one fits; the best of their rough fits is carried on.
     pub starts: Vec<Vec<f64>>,
-    /// Further starts, drawn within the bounds, of which the best is tried too.
+    /// Further starts, drawn within the bounds, of which the best is tried where none of `starts` fits.
     pub drawn: usize,
     /// Largest number of evaluations per start.
     pub evaluations: usize,
@@ -104,6 +106,7 @@ pub fn fit(
         let options = Options {
             max_evaluations: plan.evaluations,
             chi_square_tolerance: tolerance,
+            foreseen_tolerance: FORESEEN * tolerance,
             ..Options::for_log_parameters(JACOBIAN_ACCURACY)
         };
         let many = MultiStartOptions { starts: 1 + drawn, refined: 1, seed: 1 };
@@ -117,11 +120,13 @@ pub fn fit(
     let mut failure = None;
     let points = setup.measured_mn().len() as f64;
     let enough = plan.promised.max(ENOUGH * points);
-    for start in &plan.starts {
+    // What the first start's fit computed is in the cache, so the drawn ones cost no more than themselves.
+    let from_drawn = plan.starts.first().filter(|_| plan.drawn > 0).map(|start| (start, plan.drawn));
+    for (start, drawn) in plan.starts.iter().map(|start| (start, 0)).chain(from_drawn) {
         if solution.as_ref().is_some_and(|s| s.chi_square < enough) {
             break;
         }
-        match minimise(start, ROUGH, plan.drawn) {
+        match minimise(start, ROUGH, drawn) {
             Ok(found) if solution.as_ref().is_none_or(|s| found.chi_square < s.chi_square) => {
                 solution = Some(found);
             }

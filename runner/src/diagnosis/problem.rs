@@ -117,9 +117,23 @@ pub struct EffectProblem<'a> {
     active: Vec<&'a Candidate>,
     /// Switches that are on.
     on: Vec<&'a Candidate>,
-    derivatives: bool,
+    slopes: Slopes,
 }
 
+/// Where the derivatives by the material parameters come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Slopes {
+    /// The runs themselves.
+    Exact,
+    /// Runs without the effects that allow none, their slopes multiplied by what these effects multiply the force by. Good enough for
+    /// Gauss-Newton steps: such an effect (the traction integral) is another read-out of the same solution.
+    OfTheOthers,
+    /// Shifted runs, for an FMU without derivatives.
+    Differences,
+}
+
+/// A force of which a factor says nothing (mN).
+const NO_FORCE_MN: f64 = 0.01;
 /// Step of a magnitude for its derivative, in plausible scales.
 const STEP: f64 = 0.05;
 /// Step of a log parameter where the FMU offers no derivative.
@@ -131,9 +145,13 @@ impl<'a> EffectProblem<'a> {
         let recorded = &setup.engine.wiring().sensitivities;
         let p = setup.parameters;
         let has = |j| p.slopes(p.start(), j).iter().all(|(name, _)| recorded.contains_key(*name));
-        let derivatives = (0..p.free().len()).all(has) && active.iter().all(|c| c.effect.differentiable);
+        let slopes = match (0..p.free().len()).all(has) {
+            true if active.iter().all(|c| c.effect.differentiable) => Slopes::Exact,
+            true => Slopes::OfTheOthers,
+            false => Slopes::Differences,
+        };
         let (active, on) = active.iter().copied().partition(|c| is_continuous(c));
-        Self { setup, active, on, derivatives }
+        Self { setup, active, on, slopes }
     }
 
     /// Bounds of parameters and magnitudes.
@@ -157,15 +175,22 @@ impl<'a> EffectProblem<'a> {
         (parameters, free.chain(self.on.iter().map(|c| (*c, 1.0))).collect())
     }
 
-    fn submit(&self, x: &[f64], derivatives: bool, priority: Priority) -> Vec<Run> {
+    fn submit(&self, x: &[f64], derivatives: bool) -> Vec<Run> {
         let (parameters, active) = self.split(x);
-        self.setup.submit(parameters, &active, derivatives, priority)
+        self.setup.submit(parameters, &active, derivatives, Priority::Urgent)
     }
 
-    /// Column of a parameter from derivatives in the point's own runs (mN).
+    /// The effects whose runs may have derivatives.
+    fn differentiable<'b>(&self, x: &'b [f64]) -> (&'b [f64], Vec<(&'a Candidate, f64)>) {
+        let (parameters, mut active) = self.split(x);
+        active.retain(|(c, _)| c.effect.differentiable);
+        (parameters, active)
+    }
+
+    /// Column of a parameter from the derivatives of `curves` (mN).
     fn exact_column(&self, x: &[f64], curves: &Curves, j: usize) -> Vec<f64> {
         let recorded = &self.setup.engine.wiring().sensitivities;
-        let (parameters, active) = self.split(x);
+        let (parameters, active) = self.differentiable(x);
         let slopes = self.setup.parameters.slopes(parameters, j);
         let mut column = Vec::new();
         for (test, curve) in curves.iter().enumerate() {
@@ -194,7 +219,7 @@ impl<'a> EffectProblem<'a> {
         let shift = if x[j] + step <= upper { step } else { -step };
         let mut y = x.to_vec();
         y[j] += shift;
-        (shift, self.submit(&y, false, Priority::Urgent))
+        (shift, self.submit(&y, false))
     }
 }
 
@@ -204,21 +229,29 @@ impl Problem for EffectProblem<'_> {
     }
 
     fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, EvaluationFailure> {
-        let forces = Setup::forces_mn(&self.submit(x, self.derivatives, Priority::Urgent))?;
+        let forces = Setup::forces_mn(&self.submit(x, self.slopes == Slopes::Exact))?;
         Ok(forces.iter().zip(self.setup.measured_mn()).map(|(f, m)| f - m).collect())
     }
 
     fn jacobian(&mut self, x: &[f64], r: &[f64]) -> Result<DMatrix<f64>, EvaluationFailure> {
         let n = self.setup.parameters.free().len();
-        let runs = self.submit(x, self.derivatives, Priority::Urgent);
-        let differenced = if self.derivatives { n..x.len() } else { 0..x.len() };
+        let differenced = if self.slopes == Slopes::Differences { 0..x.len() } else { n..x.len() };
+        let (parameters, active) = self.differentiable(x);
+        let exact = differenced.start > 0;
+        let runs = exact.then(|| self.setup.submit(parameters, &active, true, Priority::Urgent));
         let shifted: Vec<_> = differenced.clone().map(|j| (j, self.shifted(x, j))).collect();
-        let curves = runs.iter().map(wait).collect::<Result<Curves, _>>()?;
+        let curves = runs.iter().flatten().map(wait).collect::<Result<Curves, _>>()?;
         let mut jacobian = DMatrix::zeros(r.len(), x.len());
-        for j in (0..x.len()).filter(|j| !differenced.contains(j)) {
+        for j in 0..differenced.start {
             jacobian.column_mut(j).copy_from_slice(&self.exact_column(x, &curves, j));
         }
         let measured = self.setup.measured_mn();
+        if self.slopes == Slopes::OfTheOthers {
+            let without = curves.iter().flat_map(|c| c.force_n());
+            for (i, (without, (r, measured))) in without.zip(r.iter().zip(&measured)).enumerate() {
+                jacobian.row_mut(i).columns_mut(0, n).scale_mut(factor(r + measured, 1e3 * without));
+            }
+        }
         for (j, (shift, runs)) in shifted {
             let forces = Setup::forces_mn(&runs)?;
             for (i, force) in forces.iter().enumerate() {
@@ -227,6 +260,11 @@ impl Problem for EffectProblem<'_> {
         }
         Ok(jacobian)
     }
+}
+
+/// What an effect multiplies a force by: nothing beyond reason, off contact least of all.
+fn factor(with_mn: f64, without_mn: f64) -> f64 {
+    if without_mn.abs() > NO_FORCE_MN { (with_mn / without_mn).clamp(0.1, 10.0) } else { 1.0 }
 }
 
 /// Whether an effect has a magnitude between off and on.

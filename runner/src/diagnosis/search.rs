@@ -27,8 +27,10 @@ const HOPELESS: f64 = 0.2;
 const PAIR_GAIN: f64 = 8.0;
 /// A second effect that gains a smaller part of what the first does makes up for the first one's form.
 const FORM: f64 = 0.1;
-/// An effect of which screening expects a smaller part of the gap is no single cause of all of it.
+/// An effect (or two) of which screening expects a smaller part of the gap is no cause of all of it.
 const WORTH_TRYING: f64 = 0.1;
+/// Of the leaders themselves less is asked: a signature is that of a plain fit which hides as much of the effect as it can.
+const FAINT: f64 = 1e-3;
 
 /// What all refits share.
 pub struct Search<'a> {
@@ -74,16 +76,19 @@ impl Search<'_> {
         // What the plain model made of its parameters to imitate an effect may be far from what they are with it.
         let from = [self.setup.parameters.start(), self.plain.x()];
         let mut refits: Vec<Refit> = Vec::new();
-        for leader in first {
+        let gap = excess(self.plain);
+        for (rank, leader) in first.into_iter().enumerate() {
             let gain = gain(leader);
             let hopeless = |r: &Refit| r.is_enough() && gain < HOPELESS * r.gain;
-            if !refits.iter().any(hopeless) {
+            let faint = rank >= QUICK_LEADERS && gain < FAINT * gap;
+            if !faint && !refits.iter().any(hopeless) {
                 refits.extend(self.refit(&[expected(leader)], gain, from, say)?);
             }
         }
         let best = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        let with_partner = best.and_then(|best| Some((best, self.partner(best, leaders)?)));
         if let Some((best, (partner, more))) =
-            best.and_then(|best| Some((best, self.partner(best, leaders)?)))
+            with_partner.filter(|(b, (_, m))| b.gain + m > WORTH_TRYING * gap)
         {
             let own = best.fit.magnitudes().first().copied().unwrap_or(1.0);
             let from = [best.fit.x(), self.setup.parameters.start()];
@@ -95,7 +100,7 @@ impl Search<'_> {
             if refits.iter().any(Refit::is_enough) {
                 break;
             }
-            if gain(leader) < WORTH_TRYING * excess(self.plain) {
+            if gain(leader) < WORTH_TRYING * gap {
                 continue;
             }
             refits.extend(self.refit(&[expected(leader)], gain(leader), from, say)?);

@@ -30,6 +30,8 @@ pub struct Options {
     pub gradient_tolerance: f64,
     /// Stop when an iteration lowers chi^2 by less than this fraction.
     pub chi_square_tolerance: f64,
+    /// Stop, without an evaluation, when the next full step is expected to lower chi^2 by less than this fraction; 0 always tries it.
+    pub foreseen_tolerance: f64,
     /// Stop when a step is shorter than this fraction of |x|.
     pub step_tolerance: f64,
     /// Largest number of residual evaluations (those inside a Jacobian are not counted).
@@ -50,6 +52,7 @@ impl Default for Options {
         Self {
             gradient_tolerance: 1e-10,
             chi_square_tolerance: 1e-8,
+            foreseen_tolerance: 0.0,
             step_tolerance: 1e-8,
             max_evaluations: 200,
             max_consecutive_failures: 8,
@@ -199,6 +202,10 @@ fn iterate<P: Problem + ?Sized>(
         let scaled_norm = step.p_scaled.norm();
         if step_norm <= f64::EPSILON * point.x.norm() {
             return (None, Some(StopReason::Step));
+        }
+        let is_full = scaled_norm < 0.95 * *radius;
+        if is_full && step.predicted < options.foreseen_tolerance * point.cost {
+            return (None, Some(StopReason::ChiSquareChange));
         }
         let shrink = |radius: &mut f64, alpha: &mut f64| {
             let new = 0.25 * scaled_norm;
