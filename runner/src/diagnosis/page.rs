@@ -2,6 +2,7 @@
 
 use super::figures;
 use super::result::*;
+use crate::fit::wording::{list, significant};
 use crate::report::document;
 use crate::report::plot::{heat_map, pretty};
 use maud::{Markup, PreEscaped, html};
@@ -9,7 +10,7 @@ use maud::{Markup, PreEscaped, html};
 /// The page.
 pub fn page(d: &Diagnosis) -> String {
     let names: Vec<&str> = d.tests.iter().map(|t| t.name.as_str()).collect();
-    let title = format!("Diagnosis of {}", crate::fit::wording::list(&names));
+    let title = format!("Diagnosis of {}", list(&names));
     let body = html! {
         h1 { (title) }
         div.verdict {
@@ -86,7 +87,7 @@ fn effects(d: &Diagnosis) -> Markup {
                 tr {
                     td.number { (n + 1) } td { (e.title) @if e.name.contains(" against ") { " (" (e.name) ")" } }
                     td.number { (number(e.score, 1)) } td.number { (probability(e.probability)) }
-                    td.number { (magnitude(e)) }
+                    td.number { (magnitude(e, e.magnitude, e.magnitude_sigma)) }
                     td.number { (number(e.predicted_gain, 1)) }
                     td.number { (e.actual_gain.map_or_else(|| "–".to_owned(), |g| number(g, 1))) }
                     td.number { (number(100.0 * e.absorbed, 0)) " %" }
@@ -107,12 +108,25 @@ fn effects(d: &Diagnosis) -> Markup {
     }
 }
 
-fn magnitude(e: &EffectSummary) -> String {
-    let in_units = |m: f64| number(m * e.scale, 4);
-    match e.unit.as_str() {
-        "" => format!("{} ± {} scales", number(e.magnitude, 2), number(e.magnitude_sigma, 2)),
-        unit => format!("{} ± {} {}", in_units(e.magnitude), in_units(e.magnitude_sigma.abs()), pretty(unit)),
-    }
+/// A magnitude (plausible scales) with its deviation, in the effect's unit where it has one.
+fn magnitude(e: &EffectSummary, value: f64, sigma: f64) -> String {
+    let (scale, unit) = match e.unit.as_str() {
+        "" => (1.0, "scales".to_owned()),
+        unit => (e.scale, pretty(unit)),
+    };
+    format!("{} ± {} {unit}", significant(value * scale, 2), significant((sigma * scale).abs(), 2))
+}
+
+/// Magnitudes of a model's effects.
+fn magnitudes(d: &Diagnosis, m: &ModelSummary) -> String {
+    // A switch has none.
+    let of =
+        |name: &String| d.effects.iter().find(|e| e.name == *name && m.effects.len() == m.magnitudes.len());
+    let one = |(k, (value, sigma)): (usize, &(f64, f64))| match m.effects.get(k).and_then(of) {
+        Some(effect) => magnitude(effect, *value, *sigma),
+        None => format!("{} ± {} scales", significant(*value, 2), significant(*sigma, 2)),
+    };
+    m.magnitudes.iter().enumerate().map(one).collect::<Vec<_>>().join("; ")
 }
 
 fn models(d: &Diagnosis) -> Markup {
@@ -123,14 +137,14 @@ fn models(d: &Diagnosis) -> Markup {
             div.scroll { table {
                 thead { tr {
                     th { "model" } th.number { "χ²" } th.number { "points" } th.number { "evidence" } th.number { "share" }
-                    th.number { "noise alone leaves such a rest" } th.number { "rms (mN)" } th { "magnitude (plausible scales)" }
+                    th.number { "noise alone leaves such a rest" } th.number { "rms (mN)" } th { "magnitude" }
                 } }
                 tbody { @for m in std::iter::once(&d.baseline).chain(&d.models) { tr {
                     td { @if m.effects.is_empty() { "plain model" } @else { (m.effects.join(" and ")) } }
                     td.number { (number(m.chi_square, 1)) } td.number { (m.points) } td.number { (number(m.evidence, 1)) }
                     td.number { @if !m.effects.is_empty() { (number(100.0 * m.probability, 1)) " %" } }
                     td.number { (probability(m.adequacy)) } td.number { (number(m.rms_mn, 4)) }
-                    td { @for (value, sigma) in &m.magnitudes { (number(*value, 2)) " ± " (number(*sigma, 2)) " " } }
+                    td { (magnitudes(d, m)) }
                 } } }
             } }
             p.caption { "Each model is refitted with all parameters. “Something else” is a smooth error of any shape that no refit absorbs." }
@@ -178,8 +192,8 @@ fn parameters(d: &Diagnosis) -> Markup {
         table {
             thead { tr { th { "parameter" } th.number { "plain model" } @if after.is_some() { th.number { "with the effect" } } th { "unit" } } }
             tbody { @for (i, (name, value, unit)) in d.baseline.parameters.iter().enumerate() { tr {
-                td { (name) } td.number { (format!("{value:.4e}")) }
-                @if let Some(after) = after { td.number { (after.parameters.get(i).map_or_else(String::new, |p| format!("{:.4e}", p.1))) } }
+                td { (name) } td.number { (significant(*value, 4)) }
+                @if let Some(after) = after { td.number { (after.parameters.get(i).map_or_else(String::new, |p| significant(p.1, 4))) } }
                 td { (pretty(unit)) }
             } } }
         }
