@@ -5,6 +5,7 @@ use super::observation::Observation;
 use crate::data::Phase;
 use crate::data::measurement::median;
 use nalgebra::DVector;
+use std::collections::BTreeMap;
 
 /// Relative error that is left between two correct programs at their usual accuracy (design, section 6: 0.2 to 0.8 %
 /// in the force), independent from one knot to the next.
@@ -12,9 +13,18 @@ const RELATIVE: f64 = 5e-3;
 /// Knots per decade of time.
 const PER_DECADE: f64 = 2.0;
 
+/// Part of that error which one cycle does not share with the others: a program makes the same error in the same
+/// motion, but for what it remembers of the cycles before.
+const OWN: f64 = 0.4;
+
 /// Hat functions over the decades of the time since touch, each 1 at its knot and 0 at the next ones: a basis for
 /// whatever changes slowly along a cycle. One row per knot.
 pub fn hats(observation: &Observation, cycle: usize, per_decade: f64) -> Vec<DVector<f64>> {
+    hats_by_knot(observation, cycle, per_decade).into_values().collect()
+}
+
+/// The same with their knots.
+pub fn hats_by_knot(observation: &Observation, cycle: usize, per_decade: f64) -> BTreeMap<i32, DVector<f64>> {
     let decade = |i: usize| per_decade * observation.since_touch_s(i).max(FIRST_S).log10();
     let points = || (0..observation.len()).filter(|&i| observation.cycle[i] == cycle);
     let first = (per_decade * FIRST_S.log10()).floor() as i32;
@@ -24,17 +34,38 @@ pub fn hats(observation: &Observation, cycle: usize, per_decade: f64) -> Vec<DVe
         for i in points() {
             shape[i] = (1.0 - (decade(i) - f64::from(knot)).abs()).max(0.0);
         }
-        shape
+        (knot, shape)
     };
-    (first..=last).map(hat).filter(|h| h.amax() > 0.0).collect()
+    (first..=last).map(hat).filter(|(_, h)| h.amax() > 0.0).collect()
 }
 
 /// Time since touch that the first knot stands for (s).
 const FIRST_S: f64 = 1e-2;
 
 /// The error as independent errors over the time since each kink of the motion, where every program begins anew with
-/// small steps, in proportion to the computed force (mN).
+/// small steps, in proportion to the computed force (mN). The cycles share it but for [`OWN`] of it: taken as independent, it
+/// would average out over the cycles.
 pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
+    let error = |name: String, shape: DVector<f64>, part: f64| Common {
+        name: format!("simulation of {}, {name}", observation.name()),
+        shape_mn: shape.component_mul(force_mn) * (part * RELATIVE),
+        relative: true,
+    };
+    let own = if observation.cycles.len() > 1 { OWN } else { 0.0 };
+    let mut shared: BTreeMap<(u8, i32), DVector<f64>> = BTreeMap::new();
+    let mut all = Vec::new();
+    for ((cycle, leg, knot), hat) in hats_after_kinks(observation) {
+        shared.entry((leg, knot)).and_modify(|sum| *sum += &hat).or_insert_with(|| hat.clone());
+        all.push(error(format!("cycle {}, leg {leg}, knot {knot}", cycle + 1), hat, own));
+    }
+    let part = (1.0 - own * own).sqrt();
+    let of = |((leg, knot), sum)| error(format!("leg {leg}, knot {knot}"), sum, part);
+    all.extend(shared.into_iter().map(of));
+    all.into_iter().filter(|c| c.shape_mn.amax() > 0.0).collect()
+}
+
+/// Hat functions over the decades of the time since the kink that begins each leg of the motion: cycle, leg, knot.
+fn hats_after_kinks(observation: &Observation) -> Vec<((usize, u8, i32), DVector<f64>)> {
     let n = observation.len();
     let time_s = &observation.dataset.measurement.time_s;
     let leg = |i: usize| (observation.cycle[i], leg(observation.dataset.phases[i]));
@@ -46,18 +77,16 @@ pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Co
         let decade = |i: usize| PER_DECADE * (time_s[i] - kink_s).max(FIRST_S).log10();
         let (first, last) = (PER_DECADE * FIRST_S.log10(), decade(end - 1));
         for knot in first.floor() as i32..=last.ceil() as i32 {
-            let mut shape_mn = DVector::zeros(n);
+            let mut hat = DVector::zeros(n);
             for i in begin..end {
-                let share = (1.0 - (decade(i) - f64::from(knot)).abs()).max(0.0);
-                shape_mn[i] = share * force_mn[i] * RELATIVE;
+                hat[i] = (1.0 - (decade(i) - f64::from(knot)).abs()).max(0.0);
             }
-            let name =
-                format!("simulation of {} from {kink_s:.2} s, part {}", observation.name(), all.len() + 1);
-            all.push(Common { name, shape_mn, relative: true });
+            let (cycle, leg) = leg(begin);
+            all.push(((cycle, leg, knot), hat));
         }
         begin = end;
     }
-    all.into_iter().filter(|c| c.shape_mn.amax() > 0.0).collect()
+    all
 }
 
 /// Straight part of the motion that a phase belongs to.

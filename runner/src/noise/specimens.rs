@@ -1,12 +1,13 @@
 //! What the scatter of the specimens about their common curve says: white noise, and slow differences in shape.
 
 use super::Common;
-use super::numerical::hats;
+use super::numerical::hats_by_knot;
 use super::observation::Observation;
 use crate::data::motion::sample_noise;
 use crate::data::noise::correlated::{FEWEST_IN_RECORD, NoiseParts, Record, noise_parts};
 use crate::data::{NoiseModel, Phase};
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
 
 /// Noise of one test's curve.
 #[derive(Debug, Clone)]
@@ -87,10 +88,8 @@ fn residuals(observation: &Observation) -> DMatrix<f64> {
 
 fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn: &DVector<f64>) -> TestNoise {
     let (points, n) = residuals.shape();
-    let basis: Vec<DVector<f64>> = (0..observation.cycles.len())
-        .flat_map(|c| hats(observation, c, 1.0))
-        .map(|h| h.component_mul(force_mn))
-        .collect();
+    let basis: Vec<DVector<f64>> =
+        shapes(observation).into_iter().map(|h| h.component_mul(force_mn)).collect();
     // Shapes orthogonal to each other are told one by one.
     let q = DMatrix::from_columns(&basis).qr().q();
     let coefficients = q.tr_mul(residuals);
@@ -118,6 +117,18 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
         slow_mn: None,
         height_scatter: observation.log_scatter(),
     }
+}
+
+/// Slow shapes along a cycle: what all cycles share first, since a specimen that relaxes otherwise does so in every cycle, then
+/// what later cycles add.
+fn shapes(observation: &Observation) -> Vec<DVector<f64>> {
+    let cycles: Vec<_> = (0..observation.cycles.len()).map(|c| hats_by_knot(observation, c, 1.0)).collect();
+    let mut shared: BTreeMap<i32, DVector<f64>> = BTreeMap::new();
+    for (knot, hat) in cycles.iter().flatten() {
+        shared.entry(*knot).and_modify(|sum| *sum += hat).or_insert_with(|| hat.clone());
+    }
+    let later = cycles.into_iter().skip(1).flat_map(BTreeMap::into_values);
+    shared.into_values().chain(later).collect()
 }
 
 /// Noise while the punch is in the air after a withdrawal, of every specimen.

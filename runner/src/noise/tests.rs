@@ -137,3 +137,46 @@ fn specimens_of_different_shape_make_a_common_error() {
     let expected: f64 = truth().iter().map(|p| (0.3 / 10f64.sqrt() * (p.0 / 90.0).min(1.0)).powi(2)).sum();
     assert!((0.3..3.0).contains(&(shapes / expected)), "{shapes} {expected}");
 }
+
+/// Three equal cycles of loading, hold, withdrawal and rest; force as deep as the punch.
+fn three_cycles() -> Observation {
+    let (mut time_s, mut displacement_m) = (vec![], vec![]);
+    for i in 0..3 * 320 {
+        let t = 0.1 * f64::from(i);
+        let since = t % 32.0;
+        time_s.push(t);
+        displacement_m.push(match since {
+            s if s < 1.1 => -1e-4 + 1e-3 * s,
+            s if s < 20.0 => 1e-3,
+            s if s < 21.5 => 1e-3 - 1e-3 * (s - 20.0),
+            s if s < 30.5 => -5e-4,
+            s => -5e-4 + 4e-4 * (s - 30.5) / 1.5,
+        });
+    }
+    let mut random = Random::new(4);
+    let force = |d: &f64| 10.0 * d.max(0.0) + 5e-5 * random.normal();
+    let force_n = displacement_m.iter().map(force).collect();
+    let m = Measurement { name: "P1".into(), time_s, displacement_m, force_n, ..Measurement::default() };
+    observe(&[m], None).unwrap().remove(0)
+}
+
+#[test]
+fn an_error_of_the_simulation_does_not_average_out_over_the_cycles() {
+    let observation = three_cycles();
+    assert_eq!(observation.cycles.len(), 3);
+    let force: Vec<f64> = observation.force_mn().into_iter().map(|f| f.max(0.0)).collect();
+    let covariance = noise_model(std::slice::from_ref(&observation), &force, vec![]).covariance;
+    // Half a per cent of the force in the middle of every hold, or with another sign in the second cycle.
+    let error = |sign: f64| {
+        DVector::from_fn(force.len(), |i, _| {
+            let since = (0.1 * i as f64) % 32.0 - 1.1;
+            let hat = (1.0 - (2.0 * since.max(1e-2).log10() - 2.0).abs()).max(0.0);
+            let sign = if observation.cycle[i] == 1 { sign } else { 1.0 };
+            5e-3 * sign * hat * force[i]
+        })
+    };
+    let size = |sign: f64| covariance.apply(&error(sign)).norm();
+    // One deviation if all cycles share it; independent errors would make it the root of three.
+    assert!((0.8..1.2).contains(&size(1.0)), "{}", size(1.0));
+    assert!(size(-1.0) > 2.0, "{}", size(-1.0));
+}
