@@ -43,7 +43,7 @@ pub fn hats_by_knot(observation: &Observation, cycle: usize, per_decade: f64) ->
 const FIRST_S: f64 = 1e-2;
 
 /// The error as independent errors over the time since each kink of the motion, where every program begins anew with
-/// small steps, in proportion to the computed force (mN). The cycles share it but for [`OWN`] of it: taken as independent, it
+/// small steps, in proportion to the computed force (mN). The cycles share it but for `OWN` of it: taken as independent, it
 /// would average out over the cycles.
 pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
     let error = |name: String, shape: DVector<f64>, part: f64| Common {
