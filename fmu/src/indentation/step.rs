@@ -29,8 +29,11 @@ const NEGLIGIBLE_GAP: f64 = 1e-8;
 const FIRST_DRAG: f64 = 1e-2;
 const DRAG_FALL: f64 = 0.2;
 const DRAG_RISE: f64 = 10.0;
-/// Longest motion against drag, in steps.
+/// Longest motion against drag, in steps; a shorter time step is cheaper than more of them,
 const MAX_DRAGGED: usize = 12;
+/// unless the punch already moves by less than this fraction of the length scale: a snap does not get shorter.
+const SHORT_TRAVEL: f64 = 1e-5;
+const MAX_DRAGGED_SHORT: usize = 60;
 /// A dimensionless residual from which something like a snap, not a far start, keeps Newton's method.
 const NEAR: f64 = 1e-5;
 /// A stage changes its nodes in contact at most as many times.
@@ -199,6 +202,8 @@ impl Stepper {
         if let Some(sensitivity) = &old.sensitivity {
             self.stage_sensitivity.clone_from(&sensitivity.history);
         }
+        let short = velocity.abs() * dt < SHORT_TRAVEL * self.length_scale;
+        let patience = if short { MAX_DRAGGED_SHORT } else { MAX_DRAGGED };
         let stages = stages(self.scheme);
         for (index, stage) in stages.iter().enumerate() {
             let reached = index.checked_sub(1).map_or(0.0, |k| stages[k].time);
@@ -210,12 +215,12 @@ impl Stepper {
             }
             let (from, touched) = (new.x.clone(), new.contact.clone());
             new.trend.extrapolate(&mut new.x, ahead);
-            let mut solved = self.solve(&mut new, &from, length, indentation, statistics);
+            let mut solved = self.solve(&mut new, &from, length, indentation, patience, statistics);
             if solved.is_err() && new.x != from {
                 // The extrapolation may have been the reason.
                 new.x.clone_from(&from);
                 new.contact.clone_from(&touched);
-                solved = self.solve(&mut new, &from, length, indentation, statistics);
+                solved = self.solve(&mut new, &from, length, indentation, patience, statistics);
             }
             let next = solved?;
             if new.contact.touches_as(&touched) {
@@ -264,13 +269,15 @@ impl Stepper {
     }
 
     /// Solves one stage from `stage_history`, finds which nodes are in contact and leaves the nodal forces in
-    /// `raw_residual`. Returns the contact from the end of the stage on.
+    /// `raw_residual`, in at most `patience` steps against drag at a time. Returns the contact from the end of the
+    /// stage on.
     fn solve(
         &mut self,
         new: &mut State,
         from: &[f64],
         dt: f64,
         indentation: f64,
+        patience: usize,
         statistics: &mut Statistics,
     ) -> Result<Contact, NewtonFailure> {
         let slack =
@@ -278,7 +285,7 @@ impl Stepper {
         let mut past = self.surface.no_past();
         for _ in 0..=MAX_CHANGES {
             self.conditions.apply(&self.surface, &new.contact);
-            self.find(&mut new.x, dt, indentation, statistics)?;
+            self.find(&mut new.x, dt, indentation, patience, statistics)?;
             let (x, forces, mut contact) = (&new.x, &self.raw_residual, new.contact.clone());
             let indentation = indentation - self.compliance * self.reaction();
             let trial = Trial { x, from, forces, indentation, slack };
@@ -298,6 +305,7 @@ impl Stepper {
         x: &mut Vec<f64>,
         dt: f64,
         indentation: f64,
+        patience: usize,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let start = x.clone();
@@ -312,7 +320,7 @@ impl Stepper {
         x.clone_from(&start);
         let (mut reached, mut drag) = (start, FIRST_DRAG);
         let is_pressure = self.is_pressure.clone();
-        for _ in 0..MAX_DRAGGED {
+        for _ in 0..patience {
             let dragged = Some(Drag { from: &reached, stiffness: drag, is_pressure: &is_pressure });
             match self.equilibrate(x, dt, indentation, dragged, statistics) {
                 Ok(()) => {
