@@ -1,11 +1,14 @@
 //! Softening with past strain (Mullins): stresses of springs and dashpots times
-//! `s = 1 - D (1 - exp(-e_max / e_0))`, e_max the largest equivalent strain `sqrt(2/3 e:e)` of the point so
-//! far, e the deviator of the total logarithmic strain.
+//! `s = 1 - D (1 - exp(-m / e_0))`, m the past strain of the point: the largest equivalent strain
+//! `e = sqrt(2/3 e':e')` so far, e' the deviator of the total logarithmic strain.
+//!
+//! Bonds may take time to break: with a delay tau the past strain follows the present one by `m' = (e - m) / tau` while
+//! that is larger, and never falls (viscous damage; Simo and Ju, 1987). Without delay m is the maximum of e.
 //!
 //! Damage of the effective stress (Simo, 1987): the flow of the branches is that of the undamaged material, so
-//! relaxation times stay. Volume and seepage are untouched. While a point is strained beyond its past, e_max
-//! is that of the present iterate (implicit, with its tangent); between stages its maximum is taken at their
-//! ends, an error of second order.
+//! relaxation times stay. Volume and seepage are untouched. While a point is strained beyond its past, m
+//! follows the present iterate (implicit Euler, with its tangent); a maximum is taken at the ends of the stages, an
+//! error of second order.
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
 use crate::material::Voigt;
@@ -13,22 +16,24 @@ use crate::material::point::{DeformationGradient, Elasticity};
 use crate::material::sensitivity::SpatialGradient;
 use crate::material::spectral::{Spectral, deviator};
 use crate::number::{Real, closure, each};
-use crate::variables::units::ONE;
+use crate::variables::units::{ONE, SECOND};
 use crate::variables::{Variable, field, real};
 use serde::{Deserialize, Serialize};
 
-/// Loss and the strain at which it happens.
+/// Loss, and the strain and time in which it happens.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// D, the share that is lost at large strain [-].
     pub loss: f64,
     /// e_0 [-].
     pub strain: f64,
+    /// tau (s); 0: at once.
+    pub delay: f64,
 }
 
 impl Default for Parameters {
     fn default() -> Self {
-        Self { loss: 0.0, strain: 0.2 }
+        Self { loss: 0.0, strain: 0.2, delay: 0.0 }
     }
 }
 
@@ -39,7 +44,7 @@ impl Parameters {
 
     /// The law, where it acts.
     pub(crate) fn law(&self) -> Option<Softening> {
-        self.is_active().then_some(Softening { loss: self.loss, strain: self.strain })
+        self.is_active().then_some(Softening { loss: self.loss, strain: self.strain, delay: self.delay })
     }
 }
 
@@ -48,6 +53,15 @@ impl Parameters {
 pub struct Softening {
     loss: f64,
     strain: f64,
+    delay: f64,
+}
+
+/// Past strain at the end of a stage.
+pub(crate) struct Past<T> {
+    /// There.
+    pub(crate) strain: T,
+    /// Continued to where the next stage starts.
+    pub(crate) continued: T,
 }
 
 impl Softening {
@@ -58,30 +72,55 @@ impl Softening {
         (decay * self.loss + (1.0 - self.loss), decay * (-self.loss / self.strain))
     }
 
-    /// Largest strain so far, the present one included.
+    /// Share of a larger present strain that the past strain takes up within a stage of `dt` (s).
     #[inline(always)]
-    pub(crate) fn past_strain<T: Real>(f: &DeformationGradient<T>, past: T) -> Option<T> {
-        Some(past.max(strain(f)?.0))
+    fn followed(&self, dt: f64) -> f64 {
+        if self.delay > 0.0 { dt / (dt + self.delay) } else { 1.0 }
     }
 
-    /// Factor on stresses and energies for a largest strain so far.
+    /// The same, continued through the stage; never beyond the present strain, since what is lost is lost.
+    #[inline(always)]
+    fn continued(&self, dt: f64, reach: f64) -> f64 {
+        (self.followed(dt) * reach).min(1.0)
+    }
+
+    /// The past strain at the end of a stage of `dt` (s) that started with `past`.
+    #[inline(always)]
+    pub(crate) fn remember<T: Real>(
+        &self,
+        f: &DeformationGradient<T>,
+        past: T,
+        (dt, reach): (f64, f64),
+    ) -> Option<Past<T>> {
+        let beyond = strain(f)?.0 - past;
+        let beyond = beyond.max(beyond.constant(0.0));
+        Some(Past {
+            strain: past + beyond * self.followed(dt),
+            continued: past + beyond * self.continued(dt, reach),
+        })
+    }
+
+    /// Factor on stresses and energies for a past strain.
     #[inline(always)]
     pub(crate) fn factor<T: Real>(&self, past: T) -> T {
         self.left(past).0
     }
 
-    /// Softens the undamaged stress and tangent; `past` is the largest strain before the step.
+    /// Softens the undamaged stress and tangent; `past` is the past strain before the stage of `dt` (s).
     #[inline(always)]
     pub(crate) fn apply<T: Real>(
         &self,
         f: &DeformationGradient<T>,
-        past: T,
+        (past, dt): (T, f64),
         e: &mut Elasticity<T>,
     ) -> Option<()> {
         let (present, direction) = strain(f)?;
-        let (left, slope) = self.left(past.max(present));
+        let beyond = present - past;
+        let zero = beyond.constant(0.0);
+        let followed = self.followed(dt);
+        let (left, slope) = self.left(past + beyond.max(zero) * followed);
         // Below its past strain a point softens no further.
-        let slope = present.where_greater(past, slope, slope.constant(0.0));
+        let slope = present.where_greater(past, slope * followed, zero);
         for (row, tau) in e.tangent.iter_mut().zip(&mut e.kirchhoff_stress) {
             for (c, d) in row.iter_mut().zip(direction) {
                 *c = *c * left + slope * *tau * d;
@@ -94,19 +133,21 @@ impl Softening {
 
 impl Softening {
     /// Softens the changes of the undamaged stress with some parameters at fixed deformation, and adds those
-    /// that come from the largest strain before the step, `past` with its own changes by parameter.
+    /// that come from the past strain before the stage of `dt` (s), `past` with its own changes by parameter.
     #[inline(always)]
     pub(crate) fn differentiate<T: Real>(
         &self,
         f: &DeformationGradient<T>,
-        (past, changes): (T, impl Fn(usize) -> T),
+        (past, changes, dt): (T, impl Fn(usize) -> T, f64),
         undamaged: &Voigt<T>,
         stress: &mut [Voigt<T>],
     ) -> Option<()> {
         let present = strain(f)?.0;
-        let (left, slope) = self.left(past.max(present));
-        // Beyond its past a point's largest strain is the present one, which is fixed here.
-        let slope = present.where_greater(past, slope.constant(0.0), slope);
+        let beyond = present - past;
+        let followed = self.followed(dt);
+        let (left, slope) = self.left(past + beyond.max(beyond.constant(0.0)) * followed);
+        // What is taken up of the present strain is fixed here.
+        let slope = present.where_greater(past, slope * (1.0 - followed), slope);
         for (parameter, tau) in stress.iter_mut().enumerate() {
             let change = slope * changes(parameter);
             for (tau, undamaged) in tau.iter_mut().zip(undamaged) {
@@ -116,18 +157,23 @@ impl Softening {
         Some(())
     }
 
-    /// Changes of the largest strain over a converged stage from those before it and of the displacement, by
+    /// Changes of the continued past strain over a converged stage from those before it and of the displacement, by
     /// parameter.
     #[inline(always)]
     pub(crate) fn past_sensitivity<T: Real>(
+        &self,
         f: &DeformationGradient<T>,
         (past, changes): (T, impl Fn(usize) -> T),
+        (dt, reach): (f64, f64),
         gradients: &[SpatialGradient<T>],
         mut new: impl FnMut(usize, T),
     ) -> Option<()> {
         let (present, direction) = strain(f)?;
+        let share = self.continued(dt, reach);
         for (parameter, l) in gradients.iter().enumerate() {
-            new(parameter, present.where_greater(past, l.power(&direction), changes(parameter)));
+            let before = changes(parameter);
+            let after = before + (l.power(&direction) - before) * share;
+            new(parameter, present.where_greater(past, after, before));
         }
         Some(())
     }
@@ -160,6 +206,13 @@ pub(super) const VARIABLES: &[Variable] = &[
         (1e-3, 10.0),
         field!(Real, padded.effect.softening.strain),
     ),
+    real(
+        "effect.softening.delay",
+        "Time in which the past strain follows a larger present one; 0: at once",
+        &SECOND,
+        (0.0, 1e4),
+        field!(Real, padded.effect.softening.delay),
+    ),
 ];
 
 /// The declaration.
@@ -167,12 +220,22 @@ pub const EFFECT: Effect = Effect {
     name: "softening",
     title: "softening with past strain",
     place: Place::Specimen,
-    variants: &[one_sided(
-        "Mullins",
-        &[linear("effect.softening.loss", 0.0, 0.3), switch("effect.softening.strain", 0.2, 0.2)],
-    )],
-    physics: "Bonds that break on first loading do not heal: stresses fall with the largest strain a point has \
-              seen. Unloading and later cycles to the same depth follow the softened response.",
+    variants: &[
+        one_sided(
+            "immediate",
+            &[linear("effect.softening.loss", 0.0, 0.3), switch("effect.softening.strain", 0.2, 0.2)],
+        ),
+        one_sided(
+            "delayed",
+            &[
+                linear("effect.softening.loss", 0.0, 0.3),
+                switch("effect.softening.strain", 0.2, 0.2),
+                switch("effect.softening.delay", 0.0, 20.0),
+            ],
+        ),
+    ],
+    physics: "Bonds that break on first loading, at once or while it is held, do not heal: stresses fall with the \
+              largest strain a point has seen. Unloading and later cycles to the same depth follow the softened response.",
     revealed_by: "A first cycle above the later ones, unloading below loading without any rate.",
     mimicked_by: "Within the first loading all moduli with smaller exponents; over cycles a branch that has not \
                   recovered, or swelling.",
@@ -198,15 +261,17 @@ mod tests {
     }
 
     /// Stress and tangent against central differences along a velocity gradient, both while strained beyond
-    /// the past and below it: `d tau = C : d + l tau + tau l^T`.
+    /// the past, at once and with delay, and below it: `d tau = C : d + l tau + tau l^T`.
     #[test]
     fn tangent_matches_finite_differences() {
         let material = PointMaterial::new(&MaterialParameters::default());
-        let law = Parameters { loss: 0.4, strain: 0.1 }.law().unwrap();
+        let immediate = Parameters { loss: 0.4, strain: 0.1, delay: 0.0 };
+        let delayed = Parameters { delay: 2e-3, ..immediate };
         let f = DeformationGradient { plane: [[1.1, 0.2], [-0.1, 0.85]], hoop: 1.07 };
         let l = [[0.3, -0.2], [0.5, 0.1]];
         let h = 1e-6;
-        for past in [0.0, 0.5] {
+        for (law, past) in [(immediate, 0.0), (immediate, 0.5), (delayed, 0.0)] {
+            let law = law.law().unwrap();
             let at = |s: f64| {
                 let mut g = f;
                 for i in 0..2 {
@@ -216,7 +281,7 @@ mod tests {
                 }
                 g.hoop *= 1.0 - 0.4 * s;
                 let mut e = material.elasticity(&g, &[IDENTITY; 2], 1e-3).unwrap();
-                law.apply(&g, past, &mut e).unwrap();
+                law.apply(&g, (past, 1e-3), &mut e).unwrap();
                 e
             };
             let (e, up, down) = (at(0.0), at(h).kirchhoff_stress, at(-h).kirchhoff_stress);

@@ -5,7 +5,6 @@ use super::geometry::FacePoint;
 use super::group::{ElementLoop, Group};
 use super::kernel::Point;
 use super::shape::{gauss_lagrange, volumetric_lagrange};
-use crate::effect::softening::Softening;
 use crate::number::{Packet, closure};
 use pulp::Simd;
 
@@ -65,7 +64,7 @@ impl Body<'_> {
                 let mut elasticity = material.elasticity(&point.f, cv, dt).ok_or(failed)?;
                 if let Some(softening) = &material.softening {
                     let past = *history.past_strain.get(k).ok_or(failed)?;
-                    softening.apply(&point.f, past, &mut elasticity).ok_or(failed)?;
+                    softening.apply(&point.f, (past, dt), &mut elasticity).ok_or(failed)?;
                 }
                 let tau = elasticity.kirchhoff_stress;
                 sigma[0] += weight * tau[1] / point.jacobian;
@@ -121,9 +120,9 @@ impl ElementLoop for Update<'_> {
             let energetics = material.update(&point.f, history, dt, reach, updated)?;
             let mut weight = place.measure;
             if let Some(softening) = &material.softening {
-                let past = Softening::past_strain(&point.f, *old.past_strain.get(k)?)?;
-                new.past_strain[k] = past;
-                weight = weight * softening.factor(past);
+                let past = softening.remember(&point.f, *old.past_strain.get(k)?, (dt, reach))?;
+                new.past_strain[k] = past.continued;
+                weight = weight * softening.factor(past.strain);
             }
             let j = point.jacobian;
             new.jacobian[k] = old.jacobian[k] + (j - old.jacobian[k]) * reach;

@@ -129,7 +129,7 @@ pub fn evaluate<G, T: Real>(
         let history = &old.cv_inverse[k * branches..(k + 1) * branches];
         let mut elasticity = material.elasticity(&point.f, history, dt)?;
         if let Some(softening) = &material.softening {
-            softening.apply(&point.f, *old.past_strain.get(k)?, &mut elasticity)?;
+            softening.apply(&point.f, (*old.past_strain.get(k)?, dt), &mut elasticity)?;
         }
         let (w, j, p) = (place.measure, point.jacobian, point.pressure);
 

@@ -5,7 +5,6 @@ use super::assembly::{Inadmissible, Stage};
 use super::group::{ElementLoop, Group};
 use super::kernel::Point;
 use super::shape::POINTS;
-use crate::effect::softening::Softening;
 use crate::material::sensitivity::{SpatialGradient, Step};
 use crate::material::{MaterialParameter, PointMaterial, Voigt};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
@@ -140,7 +139,7 @@ impl ElementLoop for ResidualSensitivity<'_> {
                 let undamaged = material.elasticity(&point.f, step.history, *dt)?.kirchhoff_stress;
                 let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
                 let past = *history.past_strain.get(k)?;
-                softening.differentiate(&point.f, (past, changes), &undamaged, &mut stress)?;
+                softening.differentiate(&point.f, (past, changes, *dt), &undamaged, &mut stress)?;
             }
             mobility_sensitivity(material, point.jacobian, &mut mobility);
             let w = place.measure;
@@ -224,13 +223,13 @@ impl ElementLoop for UpdateSensitivity<'_> {
                 group.store_tensor(tensor, into);
             });
             material.history_sensitivity(step, *reach, &gradients, changes, updated)?;
-            if material.softening.is_some() {
+            if let Some(softening) = &material.softening {
                 let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
                 let past = (*history.past_strain.get(k)?, changes);
                 let update = closure!(
                     |parameter: usize, value| group.store(value, &mut new.past_strain[at + parameter])
                 );
-                Softening::past_sensitivity(&point.f, past, &gradients, update)?;
+                softening.past_sensitivity(&point.f, past, (dt, *reach), &gradients, update)?;
             }
             for (parameter, l) in gradients.iter().enumerate() {
                 let before = load(&old.jacobian[at + parameter]);

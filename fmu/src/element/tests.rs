@@ -104,13 +104,15 @@ impl Case {
     }
 }
 
-/// The plain material, and one with every effect.
-fn cases() -> [Case; 2] {
+/// The plain material, one with every effect, and that with softening that takes time.
+fn cases() -> [Case; 3] {
     let mut all = EffectParameters::default();
     all.eyring.inverse_stress = 5e-3;
     all.permeability.exponent = 4.0;
     all.softening.loss = 0.3;
-    [Case::new(&EffectParameters::default()), Case::new(&all)]
+    let mut delayed = all.clone();
+    delayed.softening.delay = 2.0;
+    [&EffectParameters::default(), &all, &delayed].map(Case::new)
 }
 
 /// Everything that loops over elements, in vectors of one kind.

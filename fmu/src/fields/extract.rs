@@ -122,7 +122,7 @@ fn evaluate(
         let mut viscous = material.update(f, cv, 0.0, 1.0, &mut unused)?.viscous_dissipation_rate;
         if let Some(softening) = &material.softening {
             let past = *state.past_strain.get(k)?;
-            softening.apply(f, past, &mut elasticity)?;
+            softening.apply(f, (past, 0.0), &mut elasticity)?;
             viscous *= softening.factor(past);
         }
         let [rr, zz, tt, rz] = elasticity.kirchhoff_stress.map(|tau| tau / j);

@@ -28,6 +28,8 @@ pub struct Line {
     pub right: bool,
     /// Shrinkage with its interval.
     pub shrinkage: Option<(f64, f64, f64)>,
+    /// The true one.
+    pub true_shrinkage: Option<f64>,
 }
 
 /// The table of the design, section 7.
@@ -198,6 +200,7 @@ fn line(solution: &Solution, answer: &Answer) -> Line {
         confidence: answer.confidence,
         right: is_right(solution, answer),
         shrinkage: answer.shrinkage,
+        true_shrinkage: answer.true_shrinkage,
     }
 }
 

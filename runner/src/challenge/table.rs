@@ -37,16 +37,17 @@ pub fn markdown(table: &Table) -> String {
     let parts = table.diagnosis.calibration.iter();
     let told = parts.map(|(mean, s)| format!("{:.0} % confident, {} right", 100.0 * mean, share(*s)));
     text.push_str(&told.collect::<Vec<_>>().join("; "));
-    text.push_str(".\n\n| case | behind it | visibility | answer | confidence | shrinkage | |\n|---|---|---|---|---|---|---|\n");
+    text.push_str(".\n\n| case | behind it | visibility | answer | confidence | shrinkage | true one | |\n|---|---|---|---|---|---|---|---|\n");
     for l in &table.lines {
         let seen = if l.visibility.is_finite() { format!("{:.1}", l.visibility) } else { String::new() };
         let percent = |x: f64| 100.0 * x;
         let shrunk = l.shrinkage.map_or_else(String::new, |(v, low, high)| {
             format!("{:.0} % [{:.0}, {:.0}]", percent(v), percent(low), percent(high))
         });
+        let truth = l.true_shrinkage.map_or_else(String::new, |v| format!("{:.0} %", percent(v)));
         let _ = writeln!(
             text,
-            "| {} | {} | {seen} | {} | {:.0} % | {shrunk} | {} |",
+            "| {} | {} | {seen} | {} | {:.0} % | {shrunk} | {truth} | {} |",
             l.id,
             l.truth,
             l.answer,

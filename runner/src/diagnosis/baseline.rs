@@ -97,7 +97,7 @@ pub fn fit(
     let free = active.iter().filter(|c| is_continuous(c));
     let prior = free.fold(parameter_prior(setup), |prior, _| prior.with(0.0, PRIOR_DEVIATION));
     let measured = DVector::from_vec(setup.measured_mn());
-    let mut problem = SharedErrors::new(inner, covariance, measured.clone(), prior.clone());
+    let mut problem = SharedErrors::new(inner, covariance, measured, prior.clone());
     let mut watch = |_: usize, record: &IterationRecord| {
         observe(record);
         if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -146,14 +146,44 @@ pub fn fit(
         solution = minimise(&solution.x, FINAL, 0)?;
     }
     // All of its runs are in the cache.
-    let mut inner = EffectProblem::new(setup, active);
-    let difference_mn = inner.residual(&solution.x)?;
-    let jacobian_mn = inner.jacobian(&solution.x, &difference_mn)?;
-    let gap_mn = -DVector::from_vec(difference_mn);
-    let covariance = covariance.at(&(measured - &gap_mn));
-    let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &prior, &solution.x);
+    let Tangent { gap_mn, jacobian_mn, covariance, linear } =
+        Tangent::at(setup, active, covariance, &prior, &solution.x)?;
     let parameters = setup.parameters.free().len();
     Ok(Fit { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance })
+}
+
+/// A model, linearised.
+pub struct Tangent {
+    /// Measured minus model (mN).
+    gap_mn: DVector<f64>,
+    /// Derivatives of the force by parameters and magnitudes (mN).
+    jacobian_mn: DMatrix<f64>,
+    /// Of the measured force minus this model's.
+    pub covariance: Covariance,
+    /// What a refit of all variables would leave.
+    pub linear: Linearised,
+}
+
+impl Tangent {
+    /// At parameters and magnitudes `x`.
+    ///
+    /// # Errors
+    /// When the model fails there, or the user asked to stop.
+    pub fn at(
+        setup: Setup,
+        active: &[&Candidate],
+        covariance: &Covariance,
+        prior: &Prior,
+        x: &[f64],
+    ) -> Result<Self, EvaluationFailure> {
+        let mut problem = EffectProblem::new(setup, active);
+        let difference_mn = problem.residual(x)?;
+        let jacobian_mn = problem.jacobian(x, &difference_mn)?;
+        let gap_mn = -DVector::from_vec(difference_mn);
+        let covariance = covariance.at(&(DVector::from_vec(setup.measured_mn()) - &gap_mn));
+        let linear = linearised(&jacobian_mn, &gap_mn, &covariance, prior, x);
+        Ok(Self { gap_mn, jacobian_mn, covariance, linear })
+    }
 }
 
 /// The whitened design with the prior's rows last, and what it leaves of the gap.

@@ -18,6 +18,7 @@ use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::noise::{NoiseModel, Observation, noise_model};
 use crate::objective::{DatasetError, ParameterMap};
 use crate::pool::Priority;
+use nalgebra::DVector;
 use thiserror::Error;
 
 /// How thorough the diagnosis is.
@@ -102,7 +103,7 @@ pub fn diagnose(
     say(format!("screening {} effects", candidates.len()));
     let (mut screened, failed) = screen(setup, &candidates, plain.x(), &plain.linear, covariance)?;
     let y = &plain.linear.residual;
-    let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, &plain);
+    let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, y);
     screened.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
     let spots = spots(&observations, &plain.linear, covariance);
     let (family, largest) = family(&screened, &spots, &candidates, &plain);
@@ -125,12 +126,14 @@ pub fn diagnose(
     }
     let splits = splits(&observations);
     let alike = |a: usize, b: usize| alike(&screened, a, b);
+    let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
     let accepted = |r: &Refit| accepted(&plain, r, &splits);
     let decision = decide(&Evidence {
         probability,
         refits: &refits,
         something_else: something_else.evidence,
         alike: &alike,
+        same: &same,
         accepted: &accepted,
     });
     Ok(Findings {
@@ -207,9 +210,9 @@ fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain
 }
 
 /// Twice the log evidence of an effect from its signature alone.
-pub fn linear_evidence(candidate: &Candidate, signature: &Signature, plain: &Fit) -> f64 {
+pub fn linear_evidence(candidate: &Candidate, signature: &Signature, residual: &DVector<f64>) -> f64 {
     // A switch, too, is given a magnitude: what is linear at the plain fit is not where the switch is on.
-    signature.evidence(&plain.linear.residual, PRIOR_DEVIATION, candidate.is_one_sided())
+    signature.evidence(residual, PRIOR_DEVIATION, candidate.is_one_sided())
 }
 
 /// Largest size that a signature may ask for, over the largest that is admissible: at a finite magnitude it is not linear, and

@@ -3,23 +3,25 @@
 //! ```text
 //! leaders of the screening, one by one
 //! -> the best of them together with what its rest shows, where it shows something
-//! -> further single effects, while nothing explains the gap
+//! -> further single effects, while nothing explains the gap, in the order that their signatures have at the user's start
 //! ```
 
-use super::baseline::{Fit, FitFailure};
+use super::baseline::{Fit, FitFailure, Tangent};
 use super::confirming::{Refit, excess, refit};
 use super::diagnose::{DiagnosisError, linear_evidence};
 use super::effect::Candidate;
 use super::problem::Setup;
-use super::screening::{CONFUSABLE, Screened};
+use super::screening::{CONFUSABLE, Linearised, Screened};
 use super::something_else::SomethingElse;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::noise::Covariance;
 
-/// Screened effects that are refitted, whether or not one of them explains the gap.
+/// Screened effects that are refitted where one of them explains the gap.
 const LEADERS: usize = 5;
 const QUICK_LEADERS: usize = 2;
-/// Effects that are tried before the cause is called none of these.
+/// So many of them while none does: the others count as rivals of one that does.
+const FIRST: usize = 3;
+/// Models that are tried before the cause is called none of these.
 const TRIED: usize = 7;
 /// An effect of which screening expects a smaller part of the gain of another that explains all is not refitted.
 const HOPELESS: f64 = 0.2;
@@ -31,6 +33,22 @@ const FORM: f64 = 0.1;
 const WORTH_TRYING: f64 = 0.1;
 /// Of the leaders themselves less is asked: a signature is that of a plain fit which hides as much of the effect as it can.
 const FAINT: f64 = 1e-3;
+
+/// What an effect would do for a fit, by its signature.
+struct Promise {
+    candidate: usize,
+    magnitude: f64,
+    /// Fall of chi^2.
+    gain: f64,
+    /// Twice the logarithm of the evidence.
+    evidence: f64,
+}
+
+impl Promise {
+    fn expected(&self) -> (usize, f64) {
+        (self.candidate, self.magnitude)
+    }
+}
 
 /// What all refits share.
 pub struct Search<'a> {
@@ -59,68 +77,92 @@ impl Search<'_> {
         quick: bool,
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
-        let y = &self.plain.linear.residual;
-        let expected = |s: &Screened| (s.candidate, s.signature.magnitude(y).0);
-        let gain = |s: &Screened| s.signature.score(y).powi(2);
-        let evidence =
-            |s: &Screened| linear_evidence(&self.candidates[s.candidate], &s.signature, self.plain);
+        let plain = self.plain;
+        let promises: Vec<Promise> =
+            leaders.iter().map(|s| self.promise(s, &plain.covariance, &plain.linear)).collect();
         // The first is refitted in any case: its signature is that of a finite magnitude, not of the best one.
-        let promising = leaders.iter().enumerate().filter(|(k, s)| *k == 0 || evidence(s) > 0.0);
-        let chosen: Vec<&Screened> = promising.map(|(_, s)| *s).take(TRIED).collect();
+        let promising = promises.iter().enumerate().filter(|(k, p)| *k == 0 || p.evidence > 0.0);
+        let chosen: Vec<&Promise> = promising.map(|(_, p)| p).take(TRIED).collect();
         let count = if quick { QUICK_LEADERS } else { LEADERS }.min(chosen.len());
         let mut first = chosen[..count].to_vec();
         if let (Some(leader), false) = (leaders.first(), quick) {
-            let mates = leaders.iter().skip(chosen.len());
-            first.extend(mates.filter(|s| leader.signature.cosine(&s.signature).abs() > CONFUSABLE));
+            let mates = leaders.iter().zip(&promises).skip(chosen.len());
+            let alike = mates.filter(|(s, _)| leader.signature.cosine(&s.signature).abs() > CONFUSABLE);
+            first.extend(alike.map(|(_, p)| p));
         }
         // What the plain model made of its parameters to imitate an effect may be far from what they are with it.
-        let from = [self.setup.parameters.start(), self.plain.x()];
+        let from = [self.setup.parameters.start(), plain.x()];
         let mut refits: Vec<Refit> = Vec::new();
-        let gap = excess(self.plain);
-        for (rank, leader) in first.into_iter().enumerate() {
-            let gain = gain(leader);
-            let hopeless = |r: &Refit| r.is_enough() && gain < HOPELESS * r.gain;
-            let faint = rank >= QUICK_LEADERS && gain < FAINT * gap;
-            if !faint && !refits.iter().any(hopeless) {
-                refits.extend(self.refit(&[expected(leader)], gain, from, say)?);
+        let gap = excess(plain);
+        for (rank, promise) in first.into_iter().enumerate() {
+            let hopeless = |r: &Refit| r.is_enough() && promise.gain < HOPELESS * r.gain;
+            let faint = rank >= QUICK_LEADERS && promise.gain < FAINT * gap;
+            let rival_of_none = rank >= FIRST && !refits.iter().any(Refit::is_enough);
+            if !faint && !rival_of_none && !refits.iter().any(hopeless) {
+                refits.extend(self.refit(&[promise.expected()], promise.gain, from, say)?);
             }
         }
         let best = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         let with_partner = best.and_then(|best| Some((best, self.partner(best, leaders)?)));
-        if let Some((best, (partner, more))) =
-            with_partner.filter(|(b, (_, m))| b.gain + m > WORTH_TRYING * gap)
-        {
+        if let Some((best, partner)) = with_partner.filter(|(b, p)| b.gain + p.gain > WORTH_TRYING * gap) {
             let own = best.fit.magnitudes().first().copied().unwrap_or(1.0);
             let from = [best.fit.x(), self.setup.parameters.start()];
-            let pair = self.refit(&[(best.members[0], own), partner], best.gain + more, from, say)?;
+            let members = [(best.members[0], own), partner.expected()];
+            let pair = self.refit(&members, best.gain + partner.gain, from, say)?;
             refits.extend(pair);
         }
-        // Signatures are those of a plain fit that misses the gap, and the larger the gap, the less they say.
-        for leader in &chosen[count..] {
-            if refits.iter().any(Refit::is_enough) {
-                break;
+        if !refits.iter().any(Refit::is_enough) {
+            for promise in self.at_start(leaders)? {
+                if refits.len() >= TRIED || refits.iter().any(Refit::is_enough) {
+                    break;
+                }
+                if !refits.iter().any(|r| r.members == [promise.candidate]) {
+                    refits.extend(self.refit(&[promise.expected()], promise.gain, from, say)?);
+                }
             }
-            if gain(leader) < WORTH_TRYING * gap {
-                continue;
-            }
-            refits.extend(self.refit(&[expected(leader)], gain(leader), from, say)?);
         }
         Ok(refits)
     }
 
-    /// What the rest of a single effect shows best with its magnitude, and the gain that it promises.
-    fn partner(&self, single: &Refit, leaders: &[&Screened]) -> Option<((usize, f64), f64)> {
+    /// What a signature promises around a linearised model.
+    fn promise(&self, s: &Screened, covariance: &Covariance, linear: &Linearised) -> Promise {
+        let signature = linear.signature(covariance, &s.change_mn);
+        let rest = &linear.residual;
+        Promise {
+            candidate: s.candidate,
+            magnitude: signature.magnitude(rest).0,
+            gain: signature.score(rest).powi(2),
+            evidence: linear_evidence(&self.candidates[s.candidate], &signature, rest),
+        }
+    }
+
+    /// What the effects promise where the search of the parameters starts, largest evidence first. A plain fit that misses
+    /// much has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain better; at
+    /// the start nothing is imitated.
+    fn at_start(&self, leaders: &[&Screened]) -> Result<Vec<Promise>, DiagnosisError> {
+        let start = self.setup.parameters.start();
+        let Tangent { covariance, linear, .. } =
+            Tangent::at(self.setup, &[], self.covariance, &self.plain.prior, start)?;
+        let missed = excess(self.plain);
+        let promise = |s: &&Screened| {
+            let promise = self.promise(s, &covariance, &linear);
+            // More than the whole gap cannot be gained.
+            Promise { gain: promise.gain.min(missed), ..promise }
+        };
+        let mut promises: Vec<Promise> = leaders.iter().map(promise).collect();
+        promises.retain(|p| p.evidence > 0.0 && p.gain > WORTH_TRYING * missed);
+        promises.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        Ok(promises)
+    }
+
+    /// What the rest of a single effect shows best.
+    fn partner(&self, single: &Refit, leaders: &[&Screened]) -> Option<Promise> {
         let fit = &single.fit;
         let family = |k: usize| &self.candidates[k].effect.family;
         let others = leaders.iter().filter(|s| family(s.candidate) != family(single.members[0]));
-        let in_rest = others.map(|s| {
-            let signature = fit.linear.signature(&fit.covariance, &s.change_mn);
-            let evidence = linear_evidence(&self.candidates[s.candidate], &signature, fit);
-            let rest = &fit.linear.residual;
-            (evidence, (s.candidate, signature.magnitude(rest).0), signature.score(rest).powi(2))
-        });
-        let (evidence, partner, gain) = in_rest.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (evidence > PAIR_GAIN && gain > FORM * single.gain).then_some((partner, gain))
+        let in_rest = others.map(|s| self.promise(s, &fit.covariance, &fit.linear));
+        let best = in_rest.max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+        (best.evidence > PAIR_GAIN && best.gain > FORM * single.gain).then_some(best)
     }
 
     /// `None` where the model cannot be computed with these effects: that is no competitor.

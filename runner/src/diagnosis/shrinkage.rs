@@ -1,5 +1,9 @@
 //! How much of the gap an effect removes from data that were not fitted, with an interval from a parametric
 //! bootstrap of the linearised models.
+//!
+//! What is drawn is the distance of both predictions from the force without noise, the model with the effect taken to be true. Nature's
+//! form of the effect is not the catalogue's, which no such draw knows; what was found does. The interval covers both: where the draws
+//! lie, and as wide a range around what was found.
 
 use super::baseline::Fit;
 use super::held_out::{Predictor, Split, gap_mn};
@@ -71,14 +75,27 @@ impl Comparison {
         model.points().iter().zip(error.iter()).map(|(&i, e)| measured_mn[i] - e).collect()
     }
 
-    fn gaps(&self, plain: &DVector<f64>, extended: &DVector<f64>, points: &[usize]) -> (f64, f64) {
-        let gap = |m: &Predictor, gap: &DVector<f64>| gap_mn(&m.error_mn(gap), &m.deviation_mn, points);
-        (gap(&self.plain, plain), gap(&self.extended, extended))
+    /// Distances of both predictions from the force without `noise` (mN, all points), for the gaps that both models have with it.
+    fn distances(
+        &self,
+        plain: &DVector<f64>,
+        extended: &DVector<f64>,
+        noise: &DVector<f64>,
+        points: &[usize],
+    ) -> (f64, f64) {
+        let noise = noise.select_rows(self.plain.points());
+        let distance = |m: &Predictor, gap: &DVector<f64>| {
+            let off = m.error_mn(gap) - &noise;
+            points.iter().map(|&i| off[i].powi(2)).sum::<f64>().sqrt()
+        };
+        (distance(&self.plain, plain), distance(&self.extended, extended))
     }
 
     /// Over some of the predicted points, given by their places among them; with an interval if asked for.
     pub fn shrinkage(&self, points: &[usize], with_interval: bool) -> Shrinkage {
-        let (before_mn, after_mn) = self.gaps(&self.plain_gap_mn, &self.extended_gap_mn, points);
+        let gap = |m: &Predictor, gap: &DVector<f64>| gap_mn(&m.error_mn(gap), &m.deviation_mn, points);
+        let before_mn = gap(&self.plain, &self.plain_gap_mn);
+        let after_mn = gap(&self.extended, &self.extended_gap_mn);
         let ratio = |(before, after): (f64, f64)| (before > 0.0).then(|| 1.0 - after / before);
         let mut draws: Vec<f64> = Vec::new();
         if with_interval && before_mn > 0.0 {
@@ -89,13 +106,17 @@ impl Comparison {
                 let shared = DVector::from_fn(self.common.ncols(), |_, _| random.normal());
                 let white = self.white_mn.map(|s| s * random.normal());
                 let noise = &self.common * shared + white;
-                draws.extend(ratio(self.gaps(&(&systematic + &noise), &noise, points)));
+                draws.extend(ratio(self.distances(&(&systematic + &noise), &noise, &noise, points)));
             }
             draws.sort_by(f64::total_cmp);
         }
+        let value = ratio((before_mn, after_mn));
         let at = |part: f64| draws[((draws.len() - 1) as f64 * part).round() as usize];
         // Where most draws have no gap to shrink there is no interval either.
-        let interval = (draws.len() > DRAWS / 2).then(|| (at(TAIL), at(1.0 - TAIL)));
-        Shrinkage { before_mn, after_mn, value: ratio((before_mn, after_mn)), interval }
+        let interval = value.filter(|_| draws.len() > DRAWS / 2).map(|value| {
+            let (low, middle, high) = (at(TAIL), at(0.5), at(1.0 - TAIL));
+            (low.min(value + low - middle), high.max(value + high - middle).min(1.0))
+        });
+        Shrinkage { before_mn, after_mn, value, interval }
     }
 }

@@ -75,7 +75,8 @@ fn answer(f: &Findings) -> Vec<usize> {
         return members;
     }
     let Some(leader) = f.screened.iter().find(|s| s.candidate == members[0]) else { return members };
-    let evidence = |s: &Screened| linear_evidence(&f.candidates[s.candidate], &s.signature, &f.plain);
+    let evidence =
+        |s: &Screened| linear_evidence(&f.candidates[s.candidate], &s.signature, &f.plain.linear.residual);
     for s in &f.screened {
         let refitted = f.refits.iter().any(|r| r.members == [s.candidate]);
         let like = leader.signature.cosine(&s.signature).abs() > CONFUSABLE;
@@ -212,7 +213,7 @@ fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
         actual_gain: gain,
         absorbed: s.signature.absorbed(),
         power: s.signature.strength(),
-        evidence: linear_evidence(candidate, &s.signature, &f.plain),
+        evidence: linear_evidence(candidate, &s.signature, &f.plain.linear.residual),
         testable: is_testable(candidate, &s.signature, score, threshold),
         group: f.screened.iter().filter(like).map(|o| f.candidates[o.candidate].name.clone()).collect(),
     }

@@ -33,6 +33,8 @@ pub struct Evidence<'a> {
     pub something_else: f64,
     /// Whether two candidates look alike.
     pub alike: &'a dyn Fn(usize, usize) -> bool,
+    /// Whether two candidates are forms of one effect.
+    pub same: &'a dyn Fn(usize, usize) -> bool,
     /// Whether the held-out data accept a model; `None` where they cannot tell.
     pub accepted: &'a dyn Fn(&Refit) -> Option<bool>,
 }
@@ -116,8 +118,13 @@ pub fn decide(e: &Evidence) -> Decision {
     };
     let rivals: Vec<usize> = order.iter().copied().filter(rival).collect();
     let confidence: f64 = probabilities[best] + rivals.iter().map(|&k| probabilities[k]).sum::<f64>();
-    let members: Vec<usize> =
-        std::iter::once(leader).chain(rivals.iter().map(|&k| e.refits[k].members[0])).collect();
+    let mut members = vec![leader];
+    for candidate in rivals.iter().map(|&k| e.refits[k].members[0]) {
+        // Of the forms of one effect the best is named.
+        if !members.iter().any(|&m| (e.same)(m, candidate)) {
+            members.push(candidate);
+        }
+    }
     let kind = if members.len() > 1 { Kind::Group } else { Kind::Effect };
     decision(kind, members, Some(best), confidence * (1.0 - e.probability))
 }

@@ -112,7 +112,7 @@ fn null_is_the_plain_model() {
     let null: Vec<_> = variants()
         .flat_map(|(_, v)| at(v, 0.0))
         .filter(|(name, _)| !name.starts_with("mesh.") && *name != "material.branch[3].eta")
-        .chain([("effect.softening.strain", 0.05)])
+        .chain([("effect.softening.strain", 0.05), ("effect.softening.delay", 3.0)])
         .collect();
     assert!(null.len() > 15);
     assert_eq!(plain, curve(&parameters(&null)));

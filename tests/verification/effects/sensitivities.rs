@@ -99,7 +99,9 @@ fn with_effects_of_specimen_and_contact() {
 /// parameter moves, and the largest strain has a kink there.
 #[test]
 fn with_softening() {
-    check(&[("effect.softening.loss", 0.4), ("effect.softening.strain", 0.1)], 2e-3);
+    let softening = [("effect.softening.loss", 0.4), ("effect.softening.strain", 0.1)];
+    check(&softening, 2e-3);
+    check(&[softening[0], softening[1], ("effect.softening.delay", 0.3)], 2e-3);
 }
 
 /// Goal: the same with a compliant machine and the load cell's effects.
