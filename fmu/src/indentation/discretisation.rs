@@ -5,6 +5,15 @@ use super::step::{State, Stepper};
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::solver::newton::NewtonFailure;
 
+/// How long a step may search for its solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Patience {
+    /// A shorter step may find it sooner.
+    Little,
+    /// Shorter steps have not found it either.
+    Much,
+}
+
 /// What the path integrates: a discretised sample that makes one step at a time.
 pub trait Discretisation {
     /// The sample at one time.
@@ -32,6 +41,7 @@ pub trait Discretisation {
         start: f64,
         velocity: f64,
         dt: f64,
+        patience: Patience,
         statistics: &mut Statistics,
     ) -> Result<Self::State, NewtonFailure>;
 }
@@ -75,9 +85,10 @@ impl Discretisation for Stepper {
         start: f64,
         velocity: f64,
         dt: f64,
+        patience: Patience,
         statistics: &mut Statistics,
     ) -> Result<State, NewtonFailure> {
-        self.step(old, start, velocity, dt, statistics)
+        self.step_with(old, (start, velocity), dt, patience, statistics)
     }
 }
 

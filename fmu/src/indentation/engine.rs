@@ -1,7 +1,7 @@
 //! The two discretisations behind one type: what an instance runs on.
 
 use super::contact::Touch;
-use super::discretisation::{Discretisation, Reached};
+use super::discretisation::{Discretisation, Patience, Reached};
 use super::sample::Sample;
 use super::step::{State, Stepper};
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
@@ -125,12 +125,13 @@ impl Discretisation for Engine {
         start: f64,
         velocity: f64,
         dt: f64,
+        patience: Patience,
         statistics: &mut Statistics,
     ) -> Result<EngineState, NewtonFailure> {
         match (self, old) {
-            (Self::Axisymmetric(stepper), EngineState::Axisymmetric(old)) => {
-                stepper.step(old, start, velocity, dt, statistics).map(EngineState::Axisymmetric)
-            }
+            (Self::Axisymmetric(stepper), EngineState::Axisymmetric(old)) => stepper
+                .step_with(old, (start, velocity), dt, patience, statistics)
+                .map(EngineState::Axisymmetric),
             (Self::Paper3d(stepper), EngineState::Paper3d(old)) => {
                 stepper.step(old, start, velocity, dt, statistics).map(EngineState::Paper3d)
             }

@@ -8,7 +8,7 @@
 //! Off contact the sample is on its own and the punch's velocity does not matter; the steps follow the level of
 //! the surface, and the last one before the punch lands is as long as it takes to touch.
 
-pub use super::discretisation::{Discretisation, Reached};
+pub use super::discretisation::{Discretisation, Patience, Reached};
 use super::load_cell::LoadCell;
 use super::step::State;
 use crate::effect::EffectParameters;
@@ -31,6 +31,8 @@ const REJECT: f64 = 8.0;
 const MAX_TRAVEL: f64 = 0.1;
 /// Steps below this fraction of the first one are hopeless.
 const MIN_FRACTION: f64 = 1e-6;
+/// Below this fraction of the first step it is not the step's length that keeps the solution from being found.
+const SHORT: f64 = 1e-2;
 /// Where the punch is while the sample is on its own (m): so far above it that nothing touches.
 const AWAY: f64 = -1e3;
 /// The punch has landed when its gap is below this fraction of the initial increment.
@@ -380,7 +382,8 @@ impl<S: Reached> Path<S> {
     ) -> Result<S, StepError> {
         let base = &self.base;
         loop {
-            match stepper.step(base, start, velocity, *dt, statistics) {
+            let patience = if *dt < SHORT * self.first_step { Patience::Much } else { Patience::Little };
+            match stepper.step(base, start, velocity, *dt, patience, statistics) {
                 Ok(state) => return Ok(state),
                 Err(reason) => {
                     statistics.cuts += 1;

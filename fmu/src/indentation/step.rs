@@ -3,6 +3,7 @@
 use super::boundary::Conditions;
 use super::contact::{Contact, Slack, Surface, Touch, Trial};
 use super::coupling;
+use super::discretisation::Patience;
 use super::profile::Profile;
 use super::sample::Sample;
 use super::sensitivity::Sensitivity;
@@ -29,11 +30,9 @@ const NEGLIGIBLE_GAP: f64 = 1e-8;
 const FIRST_DRAG: f64 = 1e-2;
 const DRAG_FALL: f64 = 0.2;
 const DRAG_RISE: f64 = 10.0;
-/// Longest motion against drag, in steps; a shorter time step is cheaper than more of them,
+/// Longest motion against drag, in steps: a shorter time step is cheaper than more of them, unless it was tried in vain.
 const MAX_DRAGGED: usize = 12;
-/// unless the punch already moves by less than this fraction of the length scale: a snap does not get shorter.
-const SHORT_TRAVEL: f64 = 1e-5;
-const MAX_DRAGGED_SHORT: usize = 60;
+const MAX_DRAGGED_IN_THE_END: usize = 60;
 /// A dimensionless residual from which something like a snap, not a far start, keeps Newton's method.
 const NEAR: f64 = 1e-5;
 /// A stage changes its nodes in contact at most as many times.
@@ -196,14 +195,27 @@ impl Stepper {
         dt: f64,
         statistics: &mut Statistics,
     ) -> Result<State, NewtonFailure> {
+        self.step_with(old, (start, velocity), dt, Patience::Little, statistics)
+    }
+
+    /// The same with some patience.
+    ///
+    /// # Errors
+    /// Why a stage has no solution.
+    pub fn step_with(
+        &mut self,
+        old: &State,
+        (start, velocity): (f64, f64),
+        dt: f64,
+        patience: Patience,
+        statistics: &mut Statistics,
+    ) -> Result<State, NewtonFailure> {
         let mut new = old.clone();
         new.time = old.time + dt;
         self.stage_history.clone_from(&old.history);
         if let Some(sensitivity) = &old.sensitivity {
             self.stage_sensitivity.clone_from(&sensitivity.history);
         }
-        let short = velocity.abs() * dt < SHORT_TRAVEL * self.length_scale;
-        let patience = if short { MAX_DRAGGED_SHORT } else { MAX_DRAGGED };
         let stages = stages(self.scheme);
         for (index, stage) in stages.iter().enumerate() {
             let reached = index.checked_sub(1).map_or(0.0, |k| stages[k].time);
@@ -269,15 +281,14 @@ impl Stepper {
     }
 
     /// Solves one stage from `stage_history`, finds which nodes are in contact and leaves the nodal forces in
-    /// `raw_residual`, in at most `patience` steps against drag at a time. Returns the contact from the end of the
-    /// stage on.
+    /// `raw_residual`. Returns the contact from the end of the stage on.
     fn solve(
         &mut self,
         new: &mut State,
         from: &[f64],
         dt: f64,
         indentation: f64,
-        patience: usize,
+        patience: Patience,
         statistics: &mut Statistics,
     ) -> Result<Contact, NewtonFailure> {
         let slack =
@@ -305,22 +316,26 @@ impl Stepper {
         x: &mut Vec<f64>,
         dt: f64,
         indentation: f64,
-        patience: usize,
+        patience: Patience,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let start = x.clone();
         let Err(failure) = self.equilibrate(x, dt, indentation, None, statistics) else { return Ok(()) };
-        // Under a fully closed face a far start fails for other reasons, which a shorter step removes.
+        // Under a fully closed face a far start fails for other reasons, which a shorter step removes if anything does.
         let near = matches!(failure, NewtonFailure::NotConverged { residual, .. } if residual < NEAR);
         let closed =
             self.conditions.slides.is_empty() && self.conditions.punch.len() == self.surface.nodes().len();
-        if closed && !near {
+        if closed && !near && patience == Patience::Little {
             return Err(failure);
         }
         x.clone_from(&start);
         let (mut reached, mut drag) = (start, FIRST_DRAG);
         let is_pressure = self.is_pressure.clone();
-        for _ in 0..patience {
+        let longest = match patience {
+            Patience::Little => MAX_DRAGGED,
+            Patience::Much => MAX_DRAGGED_IN_THE_END,
+        };
+        for _ in 0..longest {
             let dragged = Some(Drag { from: &reached, stiffness: drag, is_pressure: &is_pressure });
             match self.equilibrate(x, dt, indentation, dragged, statistics) {
                 Ok(()) => {

@@ -9,7 +9,7 @@ use super::point::SolidMaterial;
 use super::sample::SolidSample;
 use crate::indentation::boundary::Condition;
 use crate::indentation::contact::Touch;
-use crate::indentation::discretisation::{Discretisation, Reached};
+use crate::indentation::discretisation::{Discretisation, Patience, Reached};
 use crate::indentation::trend::Trend;
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::{Parameters, TimeScheme};
@@ -299,6 +299,7 @@ impl Discretisation for SolidStepper {
         start: f64,
         velocity: f64,
         dt: f64,
+        _: Patience,
         statistics: &mut Statistics,
     ) -> Result<SolidState, NewtonFailure> {
         self.step(old, start, velocity, dt, statistics)
