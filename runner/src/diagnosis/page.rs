@@ -33,8 +33,7 @@ pub fn page(d: &Diagnosis) -> String {
     document(&title, STYLE, &body)
 }
 
-const STYLE: &str =
-    ".scroll { overflow-x: auto; } td, th { white-space: nowrap; } td.wrap { white-space: normal; }";
+const STYLE: &str = ".scroll { overflow-x: auto; } td, th { white-space: nowrap; } td.wrap, th.number { white-space: normal; }";
 
 fn number(value: f64, digits: usize) -> String {
     format!("{value:.digits$}").replace('-', "−")
@@ -85,7 +84,7 @@ fn effects(d: &Diagnosis) -> Markup {
             tbody { @for (n, &i) in shown.iter().enumerate() {
                 @let e = &d.effects[i];
                 tr {
-                    td.number { (n + 1) } td { (e.title) @if e.name.contains(" against ") { " (" (e.name) ")" } }
+                    td.number { (n + 1) } td.wrap { (e.title) @if e.name.contains(" against ") { " (" (e.name) ")" } }
                     td.number { (number(e.score, 1)) } td.number { (probability(e.probability)) }
                     td.number { (magnitude(e, e.magnitude, e.magnitude_sigma)) }
                     td.number { (number(e.predicted_gain, 1)) }
@@ -114,7 +113,11 @@ fn magnitude(e: &EffectSummary, value: f64, sigma: f64) -> String {
         "" => (1.0, "scales".to_owned()),
         unit => (e.scale, pretty(unit)),
     };
-    format!("{} ± {} {unit}", significant(value * scale, 2), significant((sigma * scale).abs(), 2))
+    plus_minus(value * scale, (sigma * scale).abs(), &unit)
+}
+
+fn plus_minus(value: f64, sigma: f64, unit: &str) -> String {
+    format!("{} ± {} {unit}", significant(value, 2), significant(sigma, 2)).replace('-', "−")
 }
 
 /// Magnitudes of a model's effects.
@@ -124,7 +127,7 @@ fn magnitudes(d: &Diagnosis, m: &ModelSummary) -> String {
         |name: &String| d.effects.iter().find(|e| e.name == *name && m.effects.len() == m.magnitudes.len());
     let one = |(k, (value, sigma)): (usize, &(f64, f64))| match m.effects.get(k).and_then(of) {
         Some(effect) => magnitude(effect, *value, *sigma),
-        None => format!("{} ± {} scales", significant(*value, 2), significant(*sigma, 2)),
+        None => plus_minus(*value, *sigma, "scales"),
     };
     m.magnitudes.iter().enumerate().map(one).collect::<Vec<_>>().join("; ")
 }
