@@ -12,7 +12,7 @@ pub use settings::{FitSettings, JacobianSource, Settings, SettingsError, Source}
 use crate::engine::Engine;
 use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options};
-use crate::noise::{Common, Observation, test_noise};
+use crate::noise::{Common, Observation, hat_at, test_noise};
 use crate::objective::{Dataset, JacobianLoad, Objective, ParameterMap};
 use crate::pool::{ForceCurve, Priority, Run};
 use nalgebra::DVector;
@@ -132,7 +132,7 @@ fn numerical_errors(dataset: &Dataset, before: usize, total: usize) -> Vec<Commo
         .map(|knot| {
             let mut residual = vec![0.0; total];
             for (k, (force, scale)) in dataset.measurement.force_n.iter().zip(scale_n).enumerate() {
-                let share = (1.0 - (decade(k) - f64::from(knot)).abs()).max(0.0);
+                let share = hat_at(decade(k), knot);
                 residual[before + k] = NUMERICAL_ERROR * share * force / scale;
             }
             CommonError {

@@ -15,7 +15,7 @@ mod specimens;
 mod tests;
 
 pub use low_rank::{Common, Covariance};
-pub use numerical::{hats, refinement, slow_errors, timing};
+pub use numerical::{hat_at, hats, refinement, slow_errors, timing};
 pub use specimens::{TestNoise, test_noise};
 
 use nalgebra::DVector;

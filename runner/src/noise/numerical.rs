@@ -32,11 +32,27 @@ pub fn hats_by_knot(observation: &Observation, cycle: usize, per_decade: f64) ->
     let hat = |knot: i32| {
         let mut shape = DVector::zeros(observation.len());
         for i in points() {
-            shape[i] = (1.0 - (decade(i) - f64::from(knot)).abs()).max(0.0);
+            shape[i] = hat_at(decade(i), knot);
         }
         (knot, shape)
     };
     (first..=last).map(hat).filter(|(_, h)| h.amax() > 0.0).collect()
+}
+
+/// Value of the hat function that is 1 at its knot and 0 at the next ones.
+pub fn hat_at(decade: f64, knot: i32) -> f64 {
+    (1.0 - (decade - f64::from(knot)).abs()).max(0.0)
+}
+
+/// Sums of the shapes with the same key: what all cycles have in common.
+pub fn sum_by_key<'a, K: Ord>(
+    shapes: impl IntoIterator<Item = (K, &'a DVector<f64>)>,
+) -> BTreeMap<K, DVector<f64>> {
+    let mut sums: BTreeMap<K, DVector<f64>> = BTreeMap::new();
+    for (key, shape) in shapes {
+        sums.entry(key).and_modify(|sum| *sum += shape).or_insert_with(|| shape.clone());
+    }
+    sums
 }
 
 /// Time since touch that the first knot stands for (s).
@@ -52,16 +68,14 @@ pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Co
         relative: true,
     };
     let own = if observation.cycles.len() > 1 { OWN } else { 0.0 };
-    let mut shared: BTreeMap<(u8, i32), DVector<f64>> = BTreeMap::new();
-    let mut all = Vec::new();
-    for ((cycle, leg, knot), hat) in hats_after_kinks(observation) {
-        shared.entry((leg, knot)).and_modify(|sum| *sum += &hat).or_insert_with(|| hat.clone());
-        all.push(error(format!("cycle {}, leg {leg}, knot {knot}", cycle + 1), hat, own));
-    }
+    let hats = hats_after_kinks(observation);
+    let shared = sum_by_key(hats.iter().map(|((_, leg, knot), hat)| ((*leg, *knot), hat)));
     let part = (1.0 - own * own).sqrt();
-    let of = |((leg, knot), sum)| error(format!("leg {leg}, knot {knot}"), sum, part);
-    all.extend(shared.into_iter().map(of));
-    all.into_iter().filter(|c| c.shape_mn.amax() > 0.0).collect()
+    let of_one =
+        |((cycle, leg, knot), hat)| error(format!("cycle {}, leg {leg}, knot {knot}", cycle + 1), hat, own);
+    let of_all = |((leg, knot), sum)| error(format!("leg {leg}, knot {knot}"), sum, part);
+    let single = hats.into_iter().filter(|_| own > 0.0).map(of_one);
+    single.chain(shared.into_iter().map(of_all)).filter(|c| c.shape_mn.amax() > 0.0).collect()
 }
 
 /// Hat functions over the decades of the time since the kink that begins each leg of the motion: cycle, leg, knot.
@@ -79,7 +93,7 @@ fn hats_after_kinks(observation: &Observation) -> Vec<((usize, u8, i32), DVector
         for knot in first.floor() as i32..=last.ceil() as i32 {
             let mut hat = DVector::zeros(n);
             for i in begin..end {
-                hat[i] = (1.0 - (decade(i) - f64::from(knot)).abs()).max(0.0);
+                hat[i] = hat_at(decade(i), knot);
             }
             let (cycle, leg) = leg(begin);
             all.push(((cycle, leg, knot), hat));

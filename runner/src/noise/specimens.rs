@@ -1,7 +1,7 @@
 //! What the scatter of the specimens about their common curve says: white noise, and slow differences in shape.
 
 use super::Common;
-use super::numerical::hats_by_knot;
+use super::numerical::{hats_by_knot, sum_by_key};
 use super::observation::Observation;
 use crate::data::motion::sample_noise;
 use crate::data::noise::correlated::{FEWEST_IN_RECORD, NoiseParts, Record, noise_parts};
@@ -123,10 +123,7 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
 /// what later cycles add.
 fn shapes(observation: &Observation) -> Vec<DVector<f64>> {
     let cycles: Vec<_> = (0..observation.cycles.len()).map(|c| hats_by_knot(observation, c, 1.0)).collect();
-    let mut shared: BTreeMap<i32, DVector<f64>> = BTreeMap::new();
-    for (knot, hat) in cycles.iter().flatten() {
-        shared.entry(*knot).and_modify(|sum| *sum += hat).or_insert_with(|| hat.clone());
-    }
+    let shared = sum_by_key(cycles.iter().flatten().map(|(knot, hat)| (*knot, hat)));
     let later = cycles.into_iter().skip(1).flat_map(BTreeMap::into_values);
     shared.into_values().chain(later).collect()
 }
