@@ -152,21 +152,21 @@ fn parameters_may_vary_by_half() {
 
 /// Goal: the same for all parameters, six cycles of both protocols. Every case is printed when it is done.
 #[test]
-#[ignore = "takes ten minutes"]
+#[ignore = "takes four minutes"]
 fn whole_sweep_coarse() {
     sweep(MeshPreset::Coarse);
 }
 
 /// Goal: the same on the standard mesh.
 #[test]
-#[ignore = "takes twenty minutes"]
+#[ignore = "takes five minutes"]
 fn whole_sweep_standard() {
     sweep(MeshPreset::Standard);
 }
 
 /// Goal: the same on the fine mesh.
 #[test]
-#[ignore = "takes an hour"]
+#[ignore = "takes half an hour"]
 fn whole_sweep_fine() {
     sweep(MeshPreset::Fine);
 }

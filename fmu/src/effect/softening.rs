@@ -92,11 +92,10 @@ impl Softening {
         past: T,
         (dt, reach): (f64, f64),
     ) -> Option<Past<T>> {
-        let beyond = strain(f)?.0 - past;
-        let beyond = beyond.max(beyond.constant(0.0));
+        let present = strain(f)?.0;
         Some(Past {
-            strain: past + beyond * self.followed(dt),
-            continued: past + beyond * self.continued(dt, reach),
+            strain: moved(past, present, self.followed(dt)),
+            continued: moved(past, present, self.continued(dt, reach)),
         })
     }
 
@@ -115,12 +114,10 @@ impl Softening {
         e: &mut Elasticity<T>,
     ) -> Option<()> {
         let (present, direction) = strain(f)?;
-        let beyond = present - past;
-        let zero = beyond.constant(0.0);
         let followed = self.followed(dt);
-        let (left, slope) = self.left(past + beyond.max(zero) * followed);
+        let (left, slope) = self.left(moved(past, present, followed));
         // Below its past strain a point softens no further.
-        let slope = present.where_greater(past, slope * followed, zero);
+        let slope = present.where_greater(past, slope * followed, past.constant(0.0));
         for (row, tau) in e.tangent.iter_mut().zip(&mut e.kirchhoff_stress) {
             for (c, d) in row.iter_mut().zip(direction) {
                 *c = *c * left + slope * *tau * d;
@@ -143,9 +140,8 @@ impl Softening {
         stress: &mut [Voigt<T>],
     ) -> Option<()> {
         let present = strain(f)?.0;
-        let beyond = present - past;
         let followed = self.followed(dt);
-        let (left, slope) = self.left(past + beyond.max(beyond.constant(0.0)) * followed);
+        let (left, slope) = self.left(moved(past, present, followed));
         // What is taken up of the present strain is fixed here.
         let slope = present.where_greater(past, slope * (1.0 - followed), slope);
         for (parameter, tau) in stress.iter_mut().enumerate() {
@@ -177,6 +173,12 @@ impl Softening {
         }
         Some(())
     }
+}
+
+/// A past strain that has taken up a share of what a larger present one is beyond it.
+#[inline(always)]
+fn moved<T: Real>(past: T, present: T, share: f64) -> T {
+    past + (present - past).max(past.constant(0.0)) * share
 }
 
 /// Equivalent strain and its derivative by the rate of deformation, a tensor.

@@ -8,10 +8,11 @@
 //!
 //! A bonded face holds every node radially where it was touched. As long as it is touched everywhere nothing
 //! else matters; but at the edge of a partly opened face the shear of an unbreakable bond would grow without
-//! limit while the pressure vanishes. The bond therefore fails from the edge inwards: where a corner is pulled, or
-//! beside a part that is open or slides and where the shear exceeds the friction, the surface begins to slide
-//! against the friction, until its motion turns. It does so in patches of at least a tenth of the punch's radius:
-//! the rings of small elements at the edge would be squeezed if they slid one by one.
+//! limit while the pressure vanishes. The bond therefore fails from the edge inwards: beside a part that is open or
+//! slides, or where a corner is pulled, the surface begins to slide where the shear exceeds the friction, until its
+//! motion turns. It does so in patches of at least a tenth of the punch's radius: the rings of small elements at the
+//! edge would be squeezed if they slid one by one. Where a corner is pulled that friction could hold, the patch yields
+//! for one stage under the shear that it has: the shear spreads in proportion to the pressure, and none is let go.
 
 use super::profile::{Face, Profile};
 use crate::effect::adhesion;
@@ -57,7 +58,7 @@ pub struct Surface {
 }
 
 /// How a corner of the surface is in contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Status {
     /// Not at all.
     Open,
@@ -69,6 +70,8 @@ pub enum Status {
     PushedInwards,
     /// Open, but the punch still pulls by adhesion.
     Bridged,
+    /// Slides for one stage with this friction, positive outwards, over its pressure.
+    Yields(f64),
 }
 
 impl Status {
@@ -76,12 +79,13 @@ impl Status {
         !matches!(self, Self::Open | Self::Bridged)
     }
 
-    /// Radial force of the punch over its pressure, in units of the friction coefficient.
-    fn sign(self) -> f64 {
+    /// Friction of the punch, positive outwards, over its pressure, for a friction coefficient.
+    fn friction(self, coefficient: f64) -> f64 {
         match self {
             Self::Open | Self::Held | Self::Bridged => 0.0,
-            Self::PushedOutwards => 1.0,
-            Self::PushedInwards => -1.0,
+            Self::PushedOutwards => coefficient,
+            Self::PushedInwards => -coefficient,
+            Self::Yields(friction) => friction,
         }
     }
 }
@@ -157,10 +161,10 @@ impl Contact {
         self.around(node).iter().all(|status| *status == Status::Held)
     }
 
-    /// Radial force of the punch on a node over its pressure, in units of the friction coefficient.
-    pub fn friction(&self, node: usize) -> f64 {
-        let [inner, outer] = self.around(node);
-        if outer.sign() == 0.0 { inner.sign() } else { outer.sign() }
+    /// Friction of the punch on a node, positive outwards, over its pressure, for a friction coefficient.
+    fn friction(&self, node: usize, coefficient: f64) -> f64 {
+        let [inner, outer] = self.around(node).map(|status| status.friction(coefficient));
+        if outer == 0.0 { inner } else { outer }
     }
 
     /// The corner, twice, or the corners at both sides of a mid-side node.
@@ -173,10 +177,12 @@ impl Contact {
         self.corners.iter().any(|status| *status != Status::Open)
     }
 
-    /// Whether the same nodes are in contact, held or sliding.
+    /// Whether the same nodes are in contact, held where they were, or sliding; no patch yields.
     pub fn touches_as(&self, other: &Self) -> bool {
-        let kind = |status: &Status| (status.is_closed(), *status == Status::Open);
-        self.corners.iter().map(kind).eq(other.corners.iter().map(kind))
+        let kind = |status: &Status| {
+            (status.is_closed(), *status == Status::Open, matches!(status, Status::Yields(_)))
+        };
+        self.corners.iter().map(kind).eq(other.corners.iter().map(kind)) && self.held == other.held
     }
 
     /// The corners, from the axis outwards.
@@ -261,7 +267,7 @@ impl Surface {
 
     /// Friction force of the punch on a sliding node over its pressure.
     pub fn friction(&self, node: usize, contact: &Contact) -> f64 {
-        self.friction.unwrap_or(0.0) * contact.friction(node)
+        contact.friction(node, self.friction.unwrap_or(0.0))
     }
 
     /// Whether each quadrature point of the face lies on a side in contact.
@@ -316,6 +322,9 @@ impl Surface {
         let friction = self.friction?;
         let is_closed = |k: &usize| contact.corners[*k].is_closed();
         let status = contact.corners[patch.clone().find(is_closed)?];
+        if matches!(status, Status::Yields(_)) {
+            return Some((Status::Held, false));
+        }
         if status != Status::Held {
             let (mut motion, mut length) = (0.0, 0.0);
             for k in patch.clone().filter(is_closed) {
@@ -323,7 +332,7 @@ impl Surface {
                 motion += self.lengths[k] * (trial.x[radial] - trial.from[radial]);
                 length += self.lengths[k];
             }
-            let turned = motion * status.sign() > trial.slack.length * length;
+            let turned = motion * status.friction(1.0) > trial.slack.length * length;
             return turned.then_some((Status::Held, false));
         }
         if slid {
@@ -338,7 +347,10 @@ impl Surface {
             || patch.clone().any(neighbour);
         let exceeds = shear.abs() > friction * pressure + trial.slack.force;
         let direction = if shear > 0.0 { Status::PushedOutwards } else { Status::PushedInwards };
-        (pulled || at_open_edge && exceeds).then_some((direction, pulled))
+        if pulled && !exceeds {
+            return Some((Status::Yields(shear / pressure), true));
+        }
+        ((pulled || at_open_edge) && exceeds).then_some((direction, pulled))
     }
 
     /// What happened before anything did.

@@ -3,6 +3,8 @@
 mod adhesion;
 pub mod boundary;
 pub mod contact;
+#[cfg(test)]
+mod contact_tests;
 pub mod coupling;
 pub mod discretisation;
 pub mod engine;

@@ -3,7 +3,7 @@
 //! Direct differentiation of a converged stage `R(x, h(theta), theta) = 0`, h its history:
 //! `K dx = -(dR/dh dh + dR/dtheta)`. The tangent is that of the last Newton evaluation; one factorisation
 //! serves all parameters. Steps and their sizes are part of the method, not of the model: they stay fixed, and
-//! so does the stage in which a node is touched or released. A node that sticks is held where it was touched,
+//! so do the stage in which a node is touched or released and the friction under which a patch yields. A node that sticks is held where it was touched,
 //! which depends on the parameters: its change is carried along.
 
 use super::boundary::Condition;

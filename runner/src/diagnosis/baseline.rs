@@ -3,10 +3,9 @@
 use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
 use super::problem::{EffectProblem, Setup, is_continuous};
 use super::screening::{Linearised, normal_cdf};
-use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{
-    EvaluationFailure, FitError, IterationRecord, MultiStartOptions, Options, Prior, Problem, SharedErrors,
-    Solution, Whitening,
+    EvaluationFailure, FitError, IterationRecord, Options, Prior, Problem, SharedErrors, Solution, Whitening,
+    minimise,
 };
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
@@ -66,8 +65,6 @@ pub enum FitFailure {
 pub struct FitPlan {
     /// Starts of parameters and magnitudes, tried until one fits; the best of their rough fits is carried on.
     pub starts: Vec<Vec<f64>>,
-    /// Further starts, drawn within the bounds, of which the best is tried where none of `starts` fits.
-    pub drawn: usize,
     /// Largest number of evaluations per start.
     pub evaluations: usize,
     /// A rough fit with this chi^2 is as good as was promised: no further start is tried.
@@ -98,35 +95,32 @@ pub fn fit(
     let prior = free.fold(parameter_prior(setup), |prior, _| prior.with(0.0, PRIOR_DEVIATION));
     let measured = DVector::from_vec(setup.measured_mn());
     let mut problem = SharedErrors::new(inner, covariance, measured, prior.clone());
-    let mut watch = |_: usize, record: &IterationRecord| {
+    let mut watch = |record: &IterationRecord| {
         observe(record);
         if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let mut minimise = |start: &[f64], tolerance: f64, drawn: usize| {
+    let mut from = |start: &[f64], tolerance: f64| {
         let options = Options {
             max_evaluations: plan.evaluations,
             chi_square_tolerance: tolerance,
             foreseen_tolerance: FORESEEN * tolerance,
             ..Options::for_log_parameters(JACOBIAN_ACCURACY)
         };
-        let many = MultiStartOptions { starts: 1 + drawn, refined: 1, seed: 1 };
-        let found = minimise_from_many(&mut problem, start, &bounds, &options, &many, &mut watch);
+        let found = minimise(&mut problem, start, &bounds, &options, &mut watch);
         if setup.engine.is_stopped() {
             return Err(FitFailure::from(EvaluationFailure::Interrupted));
         }
-        Ok(found?.best)
+        Ok(found?)
     };
     let mut solution: Option<Solution> = None;
     let mut failure = None;
     let points = setup.measured_mn().len() as f64;
     let enough = plan.promised.max(ENOUGH * points);
-    // What the first start's fit computed is in the cache, so the drawn ones cost no more than themselves.
-    let from_drawn = plan.starts.first().filter(|_| plan.drawn > 0).map(|start| (start, plan.drawn));
-    for (start, drawn) in plan.starts.iter().map(|start| (start, 0)).chain(from_drawn) {
+    for start in &plan.starts {
         if solution.as_ref().is_some_and(|s| s.chi_square < enough) {
             break;
         }
-        match minimise(start, ROUGH, drawn) {
+        match from(start, ROUGH) {
             Ok(found) if solution.as_ref().is_none_or(|s| found.chi_square < s.chi_square) => {
                 solution = Some(found);
             }
@@ -143,7 +137,7 @@ pub fn fit(
         (None, None) => return Err(FitFailure::NoStart),
     };
     if solution.chi_square < HOPELESS * points {
-        solution = minimise(&solution.x, FINAL, 0)?;
+        solution = from(&solution.x, FINAL)?;
     }
     // All of its runs are in the cache.
     let Tangent { gap_mn, jacobian_mn, covariance, linear } =

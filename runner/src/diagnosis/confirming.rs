@@ -57,12 +57,12 @@ pub fn refit(
     search: &Search,
     members: &[(usize, f64)],
     promised: f64,
-    from: [&[f64]; 2],
+    from: &[&[f64]],
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
     let &Search { setup, candidates, plain, gap, covariance, evaluations } = search;
     let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
-    let mut starts = from.map(<[f64]>::to_vec).to_vec();
+    let mut starts: Vec<Vec<f64>> = from.iter().map(|start| start.to_vec()).collect();
     for ((_, magnitude), candidate) in members.iter().zip(&active) {
         if is_continuous(candidate) {
             let (low, high) = candidate.range();
@@ -72,7 +72,7 @@ pub fn refit(
         }
     }
     let promised = plain.solution.chi_square - KEPT * promised;
-    let plan = FitPlan { starts, drawn: 0, evaluations, promised };
+    let plan = FitPlan { starts, evaluations, promised };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let evidence = found.evidence(&active) - plain.evidence(&[]);
     let gain = plain.solution.chi_square - found.solution.chi_square;

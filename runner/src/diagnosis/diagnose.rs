@@ -8,11 +8,11 @@ use super::held_out::{Split, splits};
 use super::location::{Spot, spots};
 use super::problem::{Setup, is_continuous};
 use super::refinement::refined;
-use super::screening::{Failed, Family, Screened, Signature, screen};
+use super::screening::{CONFUSABLE, Failed, Family, Screened, Signature, screen};
 use super::search::Search;
 use super::shrinkage::Comparison;
 use super::something_else::{SomethingElse, something_else};
-use super::verdict::{Decision, Evidence, SIGNIFICANT, decide};
+use super::verdict::{DECISIVE, Decision, Evidence, SIGNIFICANT, decide};
 use crate::engine::Engine;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::noise::{NoiseModel, Observation, noise_model};
@@ -78,8 +78,6 @@ pub struct Findings {
 
 /// A chi^2 that noise exceeds more seldom is a gap, wherever it is.
 const FLAGRANT: f64 = 1e-4;
-/// Starts of the plain fit beside the user's.
-const STARTS: usize = 3;
 
 /// Makes the diagnosis; `say` hears what is being done.
 ///
@@ -95,7 +93,7 @@ pub fn diagnose(
 ) -> Result<Findings, DiagnosisError> {
     let observations = computable(engine, observations, parameters, sample_height_m)?;
     let setup = Setup { engine, observations: &observations, parameters };
-    let (plain, noise) = baseline(setup, effort, say)?;
+    let (plain, noise) = baseline(setup, effort.evaluations, say)?;
     let covariance = &plain.covariance;
     let names: Vec<String> = observations.iter().map(|o| o.name().to_owned()).collect();
     let (effects, left_out) = effects(engine.wiring());
@@ -127,6 +125,7 @@ pub fn diagnose(
     let splits = splits(&observations);
     let alike = |a: usize, b: usize| alike(&screened, a, b);
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
+    let mates = |leader: usize| mates(&candidates, &screened, &refits, y, leader);
     let accepted = |r: &Refit| accepted(&plain, r, &splits);
     let decision = decide(&Evidence {
         probability,
@@ -134,6 +133,7 @@ pub fn diagnose(
         something_else: something_else.evidence,
         alike: &alike,
         same: &same,
+        mates: &mates,
         accepted: &accepted,
     });
     Ok(Findings {
@@ -174,15 +174,13 @@ fn computable(
 /// fit computes.
 fn baseline(
     setup: Setup,
-    effort: Effort,
+    evaluations: usize,
     say: &mut dyn FnMut(String),
 ) -> Result<(Fit, NoiseModel), DiagnosisError> {
     let start = setup.parameters.start();
     let reference = Setup::forces_mn(&setup.submit(start, &[], true, Priority::Urgent))?;
     let noise = noise_model(setup.observations, &reference, refined(setup, start)?);
-    let drawn = if effort.quick { 0 } else { STARTS };
-    let plan =
-        FitPlan { starts: vec![start.to_vec()], drawn, evaluations: effort.evaluations, promised: 0.0 };
+    let plan = FitPlan { starts: vec![start.to_vec()], evaluations, promised: 0.0 };
     let mut watch = |r: &IterationRecord| {
         say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
     };
@@ -230,9 +228,26 @@ pub fn is_testable(candidate: &Candidate, signature: &Signature, score: f64, thr
 fn alike(screened: &[Screened], a: usize, b: usize) -> bool {
     let of = |k: usize| screened.iter().find(|s| s.candidate == k);
     match (of(a), of(b)) {
-        (Some(a), Some(b)) => a.signature.cosine(&b.signature).abs() > super::screening::CONFUSABLE,
+        (Some(a), Some(b)) => a.signature.cosine(&b.signature).abs() > CONFUSABLE,
         _ => false,
     }
+}
+
+/// Candidates that were not refitted but look like the leader, and have as much evidence by their signatures.
+fn mates(
+    candidates: &[Candidate],
+    screened: &[Screened],
+    refits: &[Refit],
+    residual: &DVector<f64>,
+    leader: usize,
+) -> Vec<usize> {
+    let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, residual);
+    let Some(own) = screened.iter().find(|s| s.candidate == leader).map(evidence) else { return vec![] };
+    let is_mate = |s: &&Screened| {
+        let refitted = refits.iter().any(|r| r.members == [s.candidate]);
+        !refitted && alike(screened, leader, s.candidate) && own - evidence(s) < DECISIVE
+    };
+    screened.iter().filter(is_mate).map(|s| s.candidate).collect()
 }
 
 /// Whether held-out data accept a model: the sum over the splits that determine it.

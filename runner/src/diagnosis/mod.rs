@@ -35,4 +35,6 @@ pub mod summary;
 #[cfg(test)]
 mod tests;
 pub mod verdict;
+#[cfg(test)]
+mod verdict_tests;
 pub mod wording;

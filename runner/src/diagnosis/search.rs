@@ -93,22 +93,21 @@ impl Search<'_> {
         // What the plain model made of its parameters to imitate an effect may be far from what they are with it.
         let from = [self.setup.parameters.start(), plain.x()];
         let mut refits: Vec<Refit> = Vec::new();
-        let gap = excess(plain);
+        let missed = excess(plain);
         for (rank, promise) in first.into_iter().enumerate() {
-            let hopeless = |r: &Refit| r.is_enough() && promise.gain < HOPELESS * r.gain;
-            let faint = rank >= QUICK_LEADERS && promise.gain < FAINT * gap;
-            let rival_of_none = rank >= FIRST && !refits.iter().any(Refit::is_enough);
-            if !faint && !rival_of_none && !refits.iter().any(hopeless) {
-                refits.extend(self.refit(&[promise.expected()], promise.gain, from, say)?);
+            if self.may_matter(rank, promise, &refits) {
+                // A rival of what explains the gap is given one start.
+                let starts = if refits.iter().any(Refit::is_enough) { &from[..1] } else { &from };
+                refits.extend(self.refit(&[promise.expected()], promise.gain, starts, say)?);
             }
         }
         let best = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         let with_partner = best.and_then(|best| Some((best, self.partner(best, leaders)?)));
-        if let Some((best, partner)) = with_partner.filter(|(b, p)| b.gain + p.gain > WORTH_TRYING * gap) {
+        if let Some((best, partner)) = with_partner.filter(|(b, p)| b.gain + p.gain > WORTH_TRYING * missed) {
             let own = best.fit.magnitudes().first().copied().unwrap_or(1.0);
             let from = [best.fit.x(), self.setup.parameters.start()];
             let members = [(best.members[0], own), partner.expected()];
-            let pair = self.refit(&members, best.gain + partner.gain, from, say)?;
+            let pair = self.refit(&members, best.gain + partner.gain, &from, say)?;
             refits.extend(pair);
         }
         if !refits.iter().any(Refit::is_enough) {
@@ -117,11 +116,21 @@ impl Search<'_> {
                     break;
                 }
                 if !refits.iter().any(|r| r.members == [promise.candidate]) {
-                    refits.extend(self.refit(&[promise.expected()], promise.gain, from, say)?);
+                    refits.extend(self.refit(&[promise.expected()], promise.gain, &from, say)?);
                 }
             }
         }
         Ok(refits)
+    }
+
+    /// Whether a leader of screening, by its rank, may still change the answer.
+    fn may_matter(&self, rank: usize, promise: &Promise, found: &[Refit]) -> bool {
+        let faint = rank >= QUICK_LEADERS && promise.gain < FAINT * excess(self.plain);
+        let mut explained = found.iter().filter(|r| r.is_enough()).peekable();
+        match explained.peek() {
+            Some(_) => !faint && explained.all(|r| promise.gain >= HOPELESS * r.gain),
+            None => !faint && rank < FIRST,
+        }
     }
 
     /// What a signature promises around a linearised model.
@@ -170,7 +179,7 @@ impl Search<'_> {
         &self,
         members: &[(usize, f64)],
         promised: f64,
-        from: [&[f64]; 2],
+        from: &[&[f64]],
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
         let names: Vec<&str> = members.iter().map(|(k, _)| self.candidates[*k].name.as_str()).collect();

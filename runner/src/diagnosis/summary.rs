@@ -8,9 +8,10 @@ use super::result::*;
 use super::screening::{CONFUSABLE, Screened};
 use super::shrinkage::Comparison;
 use super::simple_rules::simple_rules;
-use super::verdict::{DECISIVE, SIGNIFICANT};
+use super::verdict::SIGNIFICANT;
 use super::wording;
 use crate::data::Phase;
+use crate::fit::wording::list;
 use crate::inspection::Inspection;
 use crate::noise::Observation;
 
@@ -31,7 +32,7 @@ pub struct About<'a> {
 /// The structure.
 pub fn summary(f: &Findings, about: &About) -> Diagnosis {
     let threshold = f.family.threshold(SIGNIFICANT);
-    let members = answer(f);
+    let members = &f.decision.members;
     let name = |k: &usize| f.candidates[*k].name.clone();
     let (held_out, shrinkage) = f.decision.refit.map_or((vec![], None), |k| held_out(f, &f.refits[k]));
     let effects: Vec<EffectSummary> = f.screened.iter().map(|s| effect(f, s, threshold)).collect();
@@ -42,7 +43,7 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
         command: about.command.clone(),
         quick: about.quick,
         verdict: Verdict {
-            kind: kind(f, members.len()),
+            kind: f.decision.kind,
             effects: names,
             confidence: f.decision.confidence,
             text: String::new(),
@@ -66,32 +67,6 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
     };
     diagnosis.verdict.text = wording::headline(&diagnosis);
     diagnosis
-}
-
-/// Members of the answer: those of the decision, and candidates that were not refitted but look the same.
-fn answer(f: &Findings) -> Vec<usize> {
-    let mut members = f.decision.members.clone();
-    if !matches!(f.decision.kind, Kind::Effect | Kind::Group) {
-        return members;
-    }
-    let Some(leader) = f.screened.iter().find(|s| s.candidate == members[0]) else { return members };
-    let evidence =
-        |s: &Screened| linear_evidence(&f.candidates[s.candidate], &s.signature, &f.plain.linear.residual);
-    for s in &f.screened {
-        let refitted = f.refits.iter().any(|r| r.members == [s.candidate]);
-        let like = leader.signature.cosine(&s.signature).abs() > CONFUSABLE;
-        if !refitted && like && evidence(leader) - evidence(s) < DECISIVE {
-            members.push(s.candidate);
-        }
-    }
-    members
-}
-
-fn kind(f: &Findings, members: usize) -> Kind {
-    match f.decision.kind {
-        Kind::Effect if members > 1 => Kind::Group,
-        kind => kind,
-    }
 }
 
 fn test(f: &Findings, i: usize, o: &Observation) -> TestSummary {
@@ -294,6 +269,10 @@ fn warnings(f: &Findings) -> Vec<String> {
     }
     if f.observations.len() < 2 && f.splits.is_empty() {
         warnings.push("one cycle of one test: nothing can be predicted that was not fitted".to_owned());
+    }
+    if !f.decision.unnamed.is_empty() {
+        let names: Vec<&str> = f.decision.unnamed.iter().map(|&k| f.candidates[k].name.as_str()).collect();
+        warnings.push(format!("less likely, but not told from the effects named: {}", list(&names)));
     }
     if f.noise.tests.iter().all(|t| t.height_scatter.is_none()) {
         warnings.push("no specimens in the files: what they differ by is not in the noise".to_owned());

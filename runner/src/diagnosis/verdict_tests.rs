@@ -1,0 +1,103 @@
+//! From numbers to answers.
+
+use super::baseline::Fit;
+use super::confirming::Refit;
+use super::result::Kind;
+use super::screening::Linearised;
+use super::something_else::SomethingElse;
+use super::verdict::{Decision, Evidence, decide};
+use crate::fit::{Prior, Solution, StopReason};
+use crate::noise::Covariance;
+use nalgebra::{DMatrix, DVector};
+
+/// A single effect of magnitude 1 that leaves noise, with this much evidence.
+fn refit(candidate: usize, evidence: f64) -> Refit {
+    let (none, one) = (DVector::zeros(1), DMatrix::from_element(1, 1, 1.0));
+    let solution = Solution {
+        x: vec![1.0],
+        residual: vec![0.0],
+        jacobian: one.clone(),
+        chi_square: 1.0,
+        stop: StopReason::Gradient,
+        iterations: vec![],
+        evaluations: 1,
+        jacobians: 1,
+        failures: vec![],
+    };
+    let fit = Fit {
+        solution,
+        linear: Linearised::new(DMatrix::from_element(2, 1, 1.0), &DVector::zeros(2)),
+        gap_mn: none.clone(),
+        jacobian_mn: one,
+        parameters: 0,
+        prior: Prior { mean: vec![0.0], deviation: vec![2.0] },
+        covariance: Covariance::new(DVector::from_element(1, 1.0), vec![]),
+    };
+    let remainder = SomethingElse { evidence: 0.0, explained: 0.0, smooth: none };
+    Refit {
+        members: vec![candidate],
+        fit,
+        evidence,
+        gain: evidence,
+        remainder,
+        adequacy: 0.5,
+        leaves_little: true,
+    }
+}
+
+/// Decides between `refits`; candidates 10 and 11 are forms of one effect, and `mates` were not refitted.
+fn decided(refits: &[Refit], mates: &[usize], probability: f64, something_else: f64) -> Decision {
+    let effect = |k: usize| k.min(10);
+    decide(&Evidence {
+        probability,
+        refits,
+        something_else,
+        alike: &|_, _| true,
+        same: &|a, b| effect(a) == effect(b),
+        mates: &|_| mates.to_vec(),
+        accepted: &|_| None,
+    })
+}
+
+#[test]
+fn what_noise_gives_is_no_gap_whatever_the_evidence() {
+    let d = decided(&[refit(1, 100.0)], &[], 0.2, 0.0);
+    assert_eq!((d.kind, d.members), (Kind::NoGap, vec![]));
+}
+
+#[test]
+fn something_else_wins_only_over_what_does_not_explain() {
+    let d = decided(&[refit(1, 20.0)], &[], 0.0, 100.0);
+    assert_eq!((d.kind, d.members), (Kind::Effect, vec![1]));
+    let poor = Refit { adequacy: 1e-6, leaves_little: false, ..refit(1, 20.0) };
+    assert_eq!(decided(&[poor], &[], 0.0, 100.0).kind, Kind::NoneOfThese);
+}
+
+#[test]
+fn near_rivals_are_a_group_and_far_ones_are_not() {
+    let d = decided(&[refit(1, 20.0), refit(2, 18.0), refit(3, 2.0)], &[], 0.0, 0.0);
+    assert_eq!((d.kind, d.members), (Kind::Group, vec![1, 2]));
+}
+
+/// The forms of an effect, refitted or not, are named once.
+#[test]
+fn an_effect_is_named_once() {
+    let forms = [refit(10, 20.0), refit(11, 19.0)];
+    let d = decided(&forms, &[], 0.0, 0.0);
+    assert_eq!((d.kind, d.members), (Kind::Effect, vec![10]));
+    assert!(d.confidence > 0.8, "the other form's probability is the effect's: {}", d.confidence);
+    let d = decided(&forms[..1], &[11], 0.0, 0.0);
+    assert_eq!((d.kind, d.members), (Kind::Effect, vec![10]));
+    let d = decided(&forms[..1], &[11, 4], 0.0, 0.0);
+    assert_eq!((d.kind, d.members), (Kind::Group, vec![10, 4]));
+}
+
+/// The three most likely are named, the others told, and the confidence is that of what is named.
+#[test]
+fn a_group_is_no_longer_than_three() {
+    let five: Vec<Refit> = (1..=5).map(|k| refit(k, 20.0)).collect();
+    let d = decided(&five, &[6], 0.0, 0.0);
+    assert_eq!((d.kind, d.members, d.unnamed), (Kind::Group, vec![1, 2, 3], vec![4, 5, 6]));
+    let two = decided(&five[..2], &[], 0.0, 0.0);
+    approx::assert_relative_eq!(d.confidence, 0.6 * two.confidence, max_relative = 0.02);
+}
