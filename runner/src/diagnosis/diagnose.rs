@@ -8,7 +8,7 @@ use super::held_out::{Split, splits};
 use super::location::{Spot, spots};
 use super::problem::{Setup, is_continuous};
 use super::refinement::refined;
-use super::screening::{CONFUSABLE, Failed, Family, Screened, Signature, screen};
+use super::screening::{Failed, Family, Screened, Signature, screen};
 use super::search::Search;
 use super::shrinkage::Comparison;
 use super::something_else::{SomethingElse, something_else};
@@ -228,7 +228,7 @@ pub fn is_testable(candidate: &Candidate, signature: &Signature, score: f64, thr
 fn alike(screened: &[Screened], a: usize, b: usize) -> bool {
     let of = |k: usize| screened.iter().find(|s| s.candidate == k);
     match (of(a), of(b)) {
-        (Some(a), Some(b)) => a.signature.cosine(&b.signature).abs() > CONFUSABLE,
+        (Some(a), Some(b)) => a.signature.looks_like(&b.signature),
         _ => false,
     }
 }

@@ -11,7 +11,7 @@ use super::confirming::{Refit, excess, refit};
 use super::diagnose::{DiagnosisError, linear_evidence};
 use super::effect::Candidate;
 use super::problem::Setup;
-use super::screening::{CONFUSABLE, Linearised, Screened};
+use super::screening::{Linearised, Screened};
 use super::something_else::SomethingElse;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::noise::Covariance;
@@ -87,7 +87,7 @@ impl Search<'_> {
         let mut first = chosen[..count].to_vec();
         if let (Some(leader), false) = (leaders.first(), quick) {
             let mates = leaders.iter().zip(&promises).skip(chosen.len());
-            let alike = mates.filter(|(s, _)| leader.signature.cosine(&s.signature).abs() > CONFUSABLE);
+            let alike = mates.filter(|(s, _)| leader.signature.looks_like(&s.signature));
             first.extend(alike.map(|(_, p)| p));
         }
         // What the plain model made of its parameters to imitate an effect may be far from what they are with it.

@@ -5,7 +5,7 @@ use super::diagnose::{Findings, is_testable, linear_evidence};
 use super::location::{Pattern, Spot};
 use super::problem::{Setup, is_continuous};
 use super::result::*;
-use super::screening::{CONFUSABLE, Screened};
+use super::screening::Screened;
 use super::shrinkage::Comparison;
 use super::simple_rules::simple_rules;
 use super::verdict::SIGNIFICANT;
@@ -169,8 +169,7 @@ fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
     let effect = &candidate.effect;
     let score = s.signature.score(y);
     let (magnitude, magnitude_sigma) = s.signature.magnitude(y);
-    let like =
-        |o: &&Screened| o.candidate != s.candidate && s.signature.cosine(&o.signature).abs() > CONFUSABLE;
+    let like = |o: &&Screened| o.candidate != s.candidate && s.signature.looks_like(&o.signature);
     let gain = f.refits.iter().find(|r| r.members == [s.candidate]).map(|r| r.gain);
     EffectSummary {
         name: candidate.name.clone(),

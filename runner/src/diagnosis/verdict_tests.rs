@@ -6,24 +6,14 @@ use super::result::Kind;
 use super::screening::Linearised;
 use super::something_else::SomethingElse;
 use super::verdict::{Decision, Evidence, decide};
-use crate::fit::{Prior, Solution, StopReason};
+use crate::fit::{Prior, Solution};
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
 
 /// A single effect of magnitude 1 that leaves noise, with this much evidence.
 fn refit(candidate: usize, evidence: f64) -> Refit {
     let (none, one) = (DVector::zeros(1), DMatrix::from_element(1, 1, 1.0));
-    let solution = Solution {
-        x: vec![1.0],
-        residual: vec![0.0],
-        jacobian: one.clone(),
-        chi_square: 1.0,
-        stop: StopReason::Gradient,
-        iterations: vec![],
-        evaluations: 1,
-        jacobians: 1,
-        failures: vec![],
-    };
+    let solution = Solution::at_once(vec![1.0], vec![1.0], one.clone());
     let fit = Fit {
         solution,
         linear: Linearised::new(DMatrix::from_element(2, 1, 1.0), &DVector::zeros(2)),

@@ -92,6 +92,22 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// One that nothing had to be done for.
+    #[cfg(test)]
+    pub fn at_once(x: Vec<f64>, residual: Vec<f64>, jacobian: DMatrix<f64>) -> Self {
+        Self {
+            chi_square: residual.iter().map(|r| r * r).sum(),
+            x,
+            residual,
+            jacobian,
+            stop: StopReason::Gradient,
+            iterations: vec![],
+            evaluations: 1,
+            jacobians: 1,
+            failures: vec![],
+        }
+    }
+
     /// Accepted steps.
     pub fn iteration_count(&self) -> usize {
         self.iterations.last().map_or(0, |r| r.iteration)

@@ -141,17 +141,7 @@ fn tables_hold_every_number_once() {
 fn curves_of_different_length_are_refused() {
     let mut broken = curve("P2", Role::Fit, 1.0);
     broken.model_mn.pop();
-    let solution = Solution {
-        x: vec![],
-        residual: vec![1.0],
-        jacobian: DMatrix::zeros(1, 0),
-        chi_square: 1.0,
-        stop: StopReason::Gradient,
-        iterations: vec![],
-        evaluations: 1,
-        jacobians: 1,
-        failures: vec![],
-    };
+    let solution = Solution::at_once(vec![], vec![1.0], DMatrix::zeros(1, 0));
     let assembly = Assembly {
         title: String::new(),
         created: String::new(),

@@ -2,9 +2,6 @@
 
 use super::projection::Signature;
 
-/// Signatures of a larger cosine are one group.
-pub const CONFUSABLE: f64 = 0.9;
-
 /// Groups of confusable signatures (indices), each joined to at least one other of its group; singles are groups of
 /// one.
 pub fn groups(signatures: &[&Signature]) -> Vec<Vec<usize>> {
@@ -12,7 +9,7 @@ pub fn groups(signatures: &[&Signature]) -> Vec<Vec<usize>> {
     let mut group: Vec<usize> = (0..n).collect();
     for i in 0..n {
         for j in 0..i {
-            if signatures[i].cosine(signatures[j]).abs() > CONFUSABLE {
+            if signatures[i].looks_like(signatures[j]) {
                 let (from, to) = (group[i].max(group[j]), group[i].min(group[j]));
                 group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
             }

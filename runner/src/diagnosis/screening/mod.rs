@@ -12,7 +12,7 @@ mod projection;
 mod tests;
 
 pub use family::{DRAWS, Family};
-pub use groups::{CONFUSABLE, groups};
+pub use groups::groups;
 pub use projection::{Linearised, Signature, normal_cdf};
 
 use super::effect::{Candidate, Sign};

@@ -6,6 +6,9 @@
 use crate::fit::Whitening;
 use nalgebra::{DMatrix, DVector};
 
+/// Signatures of a larger cosine look the same.
+const CONFUSABLE: f64 = 0.9;
+
 /// A fit, linearised at its optimum.
 #[derive(Debug, Clone)]
 pub struct Linearised {
@@ -88,6 +91,11 @@ impl Signature {
     pub fn cosine(&self, other: &Self) -> f64 {
         let product = self.s.norm() * other.s.norm();
         if product > 0.0 { (self.s.dot(&other.s) / product).clamp(-1.0, 1.0) } else { 0.0 }
+    }
+
+    /// Whether these data cannot tell the two apart.
+    pub fn looks_like(&self, other: &Self) -> bool {
+        self.cosine(other).abs() > CONFUSABLE
     }
 
     /// Twice the log evidence for the effect against no effect, its magnitude normal with this deviation before the
