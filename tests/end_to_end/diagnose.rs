@@ -43,14 +43,26 @@ fn a_load_cell_lag_is_found_with_its_size() {
     assert!(found["shrinkage"]["value"].as_f64().unwrap() > 0.8);
 }
 
-/// Goal: data of the plain model are accused of nothing.
+/// Goal: data of the plain model are accused of nothing. A resumed diagnosis gives the same report, its first command
+/// included, from the runs that were kept.
 #[test]
 fn data_of_the_plain_model_have_no_gap() {
     let d = directory();
-    let found = diagnose("data/measurement/table1-one-cycle", d.path());
+    let out = text(d.path());
+    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("no diagnosis to resume"));
+    let mut found = diagnose("data/measurement/table1-one-cycle", d.path());
     assert_eq!(found["verdict"]["kind"], "no gap", "{}", found["verdict"]["text"]);
     assert_eq!(found["verdict"]["effects"].as_array().unwrap().len(), 0);
     assert!(found["shrinkage"].is_null());
+    let kept = || std::fs::read_dir(d.path().join("cache")).expect("the cache").count();
+    let before = kept();
+    succeed(&["diagnose", "--resume", "--out", out]);
+    assert!(before > 0 && kept() == before);
+    let mut resumed = json(&d.path().join("diagnosis.json"));
+    (resumed["seconds"], found["seconds"]) = (Value::Null, Value::Null);
+    assert_eq!(resumed, found);
+    std::fs::write(d.path().join("command.json"), "[]").unwrap();
+    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("command.json"));
 }
 
 /// Goal: the published numbers are read as the design says; what they cannot decide is told.

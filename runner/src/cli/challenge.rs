@@ -166,7 +166,8 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
             max_evaluations: arguments.max_evaluations,
             engine: arguments.engine.clone(),
         };
-        let Some(diagnosis) = diagnosis_of(&asked, tests_of(&asked)?, stop)? else {
+        let command = std::env::args().collect::<Vec<_>>().join(" ");
+        let Some(diagnosis) = diagnosis_of(&asked, tests_of(&asked)?, command, stop)? else {
             return Ok(Ending::Interrupted);
         };
         write_file(&file, &serde_json::to_vec(&diagnosis)?)?;

@@ -70,13 +70,14 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         return ratios_of(file, arguments, stop);
     }
     let begun = arguments.resume.then(|| begun(&arguments.out)).transpose()?;
-    let arguments = begun.as_deref().unwrap_or(arguments);
+    let (words, arguments) = match &begun {
+        Some((words, arguments)) => (words.clone(), arguments.as_ref()),
+        None => (std::env::args().collect(), arguments),
+    };
     let tests = tests_of(arguments)?;
-    if begun.is_none() {
-        let words: Vec<String> = std::env::args().collect();
-        write_file(&arguments.out.join(COMMAND), &serde_json::to_vec_pretty(&words)?)?;
-    }
-    let Some(diagnosis) = diagnosis_of(arguments, tests, stop)? else { return Ok(Ending::Interrupted) };
+    write_file(&arguments.out.join(COMMAND), &serde_json::to_vec_pretty(&words)?)?;
+    let found = diagnosis_of(arguments, tests, words.join(" "), stop)?;
+    let Some(diagnosis) = found else { return Ok(Ending::Interrupted) };
     say!("{}", table(&diagnosis));
     let json = serde_json::to_string_pretty(&diagnosis)?;
     write_file(&arguments.out.join("diagnosis.json"), json.as_bytes())?;
@@ -88,15 +89,17 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
 /// File of the command line that a diagnosis was begun with.
 const COMMAND: &str = "command.json";
 
-/// The arguments that the diagnosis of a directory was begun with.
-fn begun(directory: &Path) -> Result<Box<Arguments>, String> {
+/// The command line that the diagnosis of a directory was begun with.
+fn begun(directory: &Path) -> Result<(Vec<String>, Box<Arguments>), String> {
     let file = directory.join(COMMAND);
     let words = std::fs::read(&file).map_err(|e| {
         format!("{} has no diagnosis to resume ({e}); name the measurements instead", directory.display())
     })?;
     let damaged = |e: String| format!("{}: {e}; begin anew without --resume", file.display());
     let words: Vec<String> = serde_json::from_slice(&words).map_err(|e| damaged(e.to_string()))?;
-    super::diagnose_arguments(&words).ok_or_else(|| damaged("no command line of a diagnosis".to_owned()))
+    let arguments = super::diagnose_arguments(&words)
+        .ok_or_else(|| damaged("no command line of a diagnosis".to_owned()))?;
+    Ok((words, arguments))
 }
 
 /// What published ratios say beside the model's own effect of the rate.
@@ -138,17 +141,17 @@ pub fn tests_of(arguments: &Arguments) -> Result<Vec<Synchronised>, DataError> {
     arguments.measurements.iter().map(read).collect()
 }
 
-/// The diagnosis of some tests; `None` when the user stopped it.
+/// The diagnosis of some tests, asked for by `command`; `None` when the user stopped it.
 ///
 /// # Errors
 /// When a measurement cannot be used, or the model fails.
 pub fn diagnosis_of(
     arguments: &Arguments,
     tests: Vec<Synchronised>,
+    command: String,
     stop: &Arc<AtomicBool>,
 ) -> Result<Option<Diagnosis>, Box<dyn std::error::Error>> {
     let started = std::time::Instant::now();
-    let command = std::env::args().collect::<Vec<_>>().join(" ");
     let options = Options { contact_threshold_n: CONTACT_N, water: None, command: command.clone() };
     let inspection = examine(&tests, &options)?;
     let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
