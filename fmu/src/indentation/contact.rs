@@ -320,37 +320,50 @@ impl Surface {
         slid: bool,
     ) -> Option<(Status, bool)> {
         let friction = self.friction?;
-        let is_closed = |k: &usize| contact.corners[*k].is_closed();
-        let status = contact.corners[patch.clone().find(is_closed)?];
-        if matches!(status, Status::Yields(_)) {
-            return Some((Status::Held, false));
+        let first = patch.clone().find(|&k| contact.corners[k].is_closed())?;
+        match contact.corners[first] {
+            Status::Yields(_) => Some((Status::Held, false)),
+            Status::Held if slid => None,
+            Status::Held => self.failure(patch, contact, trial, friction),
+            sliding => self.turned(patch, contact, trial, sliding).then_some((Status::Held, false)),
         }
-        if status != Status::Held {
-            let (mut motion, mut length) = (0.0, 0.0);
-            for k in patch.clone().filter(is_closed) {
-                let radial = self.nodes[2 * k].radial;
-                motion += self.lengths[k] * (trial.x[radial] - trial.from[radial]);
-                length += self.lengths[k];
-            }
-            let turned = motion * status.friction(1.0) > trial.slack.length * length;
-            return turned.then_some((Status::Held, false));
+    }
+
+    /// Whether a patch that slides moved against its direction.
+    fn turned(&self, patch: &Range<usize>, contact: &Contact, trial: &Trial<'_>, sliding: Status) -> bool {
+        let (mut motion, mut length) = (0.0, 0.0);
+        for k in patch.clone().filter(|&k| contact.corners[k].is_closed()) {
+            let radial = self.nodes[2 * k].radial;
+            motion += self.lengths[k] * (trial.x[radial] - trial.from[radial]);
+            length += self.lengths[k];
         }
-        if slid {
-            return None;
-        }
-        let reactions = patch.clone().filter(is_closed).map(|k| self.reaction(k, contact, trial));
+        motion * sliding.friction(1.0) > trial.slack.length * length
+    }
+
+    /// How the bond of a patch that is held fails, as [`Surface::bond`].
+    fn failure(
+        &self,
+        patch: &Range<usize>,
+        contact: &Contact,
+        trial: &Trial<'_>,
+        friction: f64,
+    ) -> Option<(Status, bool)> {
+        let closed = patch.clone().filter(|&k| contact.corners[k].is_closed());
+        let reactions = closed.map(|k| self.reaction(k, contact, trial));
         let pulled = reactions.clone().any(|(_, pressure)| pressure < -trial.slack.force);
         let (shear, pressure) = reactions.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
-        let neighbour = |k: usize| contact.corners.get(k).is_some_and(|status| *status != Status::Held);
-        let at_open_edge = patch.start.checked_sub(1).is_some_and(neighbour)
-            || neighbour(patch.end)
-            || patch.clone().any(neighbour);
+        let loose = |k: usize| contact.corners.get(k).is_some_and(|status| *status != Status::Held);
+        let at_open_edge =
+            patch.start.checked_sub(1).is_some_and(loose) || loose(patch.end) || patch.clone().any(loose);
         let exceeds = shear.abs() > friction * pressure + trial.slack.force;
-        let direction = if shear > 0.0 { Status::PushedOutwards } else { Status::PushedInwards };
-        if pulled && !exceeds {
-            return Some((Status::Yields(shear / pressure), true));
+        match (pulled, exceeds) {
+            (true, false) => Some((Status::Yields(shear / pressure), true)),
+            (_, true) if pulled || at_open_edge => {
+                let outwards = shear > 0.0;
+                Some((if outwards { Status::PushedOutwards } else { Status::PushedInwards }, pulled))
+            }
+            _ => None,
         }
-        ((pulled || at_open_edge) && exceeds).then_some((direction, pulled))
     }
 
     /// What happened before anything did.
