@@ -199,6 +199,21 @@ pub fn linearised(
 }
 
 impl Fit {
+    /// The same optimum, of models with the effects `active`, seen with another covariance.
+    ///
+    /// # Errors
+    /// When the model fails there, or the user asked to stop.
+    pub fn seen_with(
+        self,
+        setup: Setup,
+        active: &[&Candidate],
+        covariance: &Covariance,
+    ) -> Result<Self, EvaluationFailure> {
+        let Tangent { gap_mn, jacobian_mn, covariance, linear } =
+            Tangent::at(setup, active, covariance, &self.prior, &self.solution.x)?;
+        Ok(Self { gap_mn, jacobian_mn, covariance, linear, ..self })
+    }
+
     /// The material parameters (optimiser's variables).
     pub fn x(&self) -> &[f64] {
         &self.solution.x[..self.parameters]

@@ -48,9 +48,14 @@ pub fn splits(observations: &[Observation]) -> Vec<Split> {
 /// A model that fits one part and predicts the other.
 pub struct Predictor {
     split: Split,
-    all: DMatrix<f64>,
-    white_mn: DVector<f64>,
+    /// Rows of the fitted points: derivatives by the variables, then shapes of the common errors.
+    fitted: DMatrix<f64>,
+    /// Rows of the predicted points.
+    predicted: DMatrix<f64>,
+    /// Of the fitted points.
     weights: DVector<f64>,
+    /// White deviation of the predicted points (mN).
+    white_mn: DVector<f64>,
     shift: DVector<f64>,
     inverse: Cholesky<f64, Dyn>,
     /// Deviation of the prediction's error at each predicted point (mN).
@@ -81,17 +86,18 @@ impl Predictor {
         }
         let prior = normal.diagonal();
         let fitted = all.select_rows(&split.fitted);
-        let weights = DVector::from_iterator(n, white_mn.iter().map(|s| s.powi(-2)));
-        let weighted = scaled_rows(&fitted, &weights.select_rows(&split.fitted));
-        normal += fitted.tr_mul(&weighted);
+        let weights = white_mn.select_rows(&split.fitted).map(|s| s.powi(-2));
+        normal += fitted.tr_mul(&scaled_rows(&fitted, &weights));
         let inverse = normal.cholesky()?;
         let left = (inverse.inverse().diagonal().component_mul(&prior)).as_slice()[..variables].to_vec();
         let predicted = all.select_rows(&split.predicted);
+        let white_mn = white_mn.select_rows(&split.predicted);
         let half = inverse.l().solve_lower_triangular(&predicted.transpose())?;
-        let deviation_mn = DVector::from_fn(split.predicted.len(), |i, _| {
-            (half.column(i).norm_squared() + white_mn[split.predicted[i]].powi(2)).sqrt()
+        let deviation_mn = DVector::from_fn(white_mn.len(), |i, _| {
+            (half.column(i).norm_squared() + white_mn[i].powi(2)).sqrt()
         });
-        Some(Self { split: split.clone(), all, white_mn, weights, shift, inverse, deviation_mn, left })
+        let split = split.clone();
+        Some(Self { split, fitted, predicted, weights, white_mn, shift, inverse, deviation_mn, left })
     }
 
     /// The predicted points.
@@ -101,25 +107,21 @@ impl Predictor {
 
     /// Measured minus predicted (mN) at the predicted points, for `gap_mn` measured minus model at the optimum.
     pub fn error_mn(&self, gap_mn: &DVector<f64>) -> DVector<f64> {
-        let (fitted, predicted) = (&self.split.fitted, &self.split.predicted);
-        let weighted = gap_mn.select_rows(fitted).component_mul(&self.weights.select_rows(fitted));
-        let right = self.all.select_rows(fitted).tr_mul(&weighted) + &self.shift;
-        let found = self.inverse.solve(&right);
-        gap_mn.select_rows(predicted) - self.all.select_rows(predicted) * found
+        let weighted = gap_mn.select_rows(&self.split.fitted).component_mul(&self.weights);
+        let found = self.inverse.solve(&(self.fitted.tr_mul(&weighted) + &self.shift));
+        gap_mn.select_rows(&self.split.predicted) - &self.predicted * found
     }
 
-    /// Twice the log of the density that the prediction gave to what was measured.
-    pub fn log_score(&self, error_mn: &DVector<f64>) -> f64 {
-        let predicted = &self.split.predicted;
-        let white = self.white_mn.select_rows(predicted);
-        let rows = self.all.select_rows(predicted);
+    /// Twice the log of the density that the prediction gave to what was measured at some of its points.
+    pub fn log_score(&self, error_mn: &DVector<f64>, points: &[usize]) -> f64 {
+        let white = self.white_mn.select_rows(points);
+        let rows = self.predicted.select_rows(points);
         // Post = inv(H) = inv(L') inv(L): its half times the rows are errors that the predicted points share.
         let Some(half) = self.inverse.l().solve_lower_triangular(&rows.transpose()) else {
             return f64::NEG_INFINITY;
         };
-        let inner = half.clone();
-        let v = scaled_rows(&inner.transpose(), &white.map(|s| 1.0 / s));
-        let e = error_mn.component_div(&white);
+        let v = scaled_rows(&half.transpose(), &white.map(|s| 1.0 / s));
+        let e = error_mn.select_rows(points).component_div(&white);
         let small = DMatrix::identity(v.ncols(), v.ncols()) + v.tr_mul(&v);
         let Some(small) = small.cholesky() else { return f64::NEG_INFINITY };
         let projected = v.tr_mul(&e);

@@ -175,15 +175,16 @@ fn held_out(d: &Diagnosis) -> Markup {
                 @if !h.informative { "; the fitted part does not determine the effect" }
             }
             table {
-                thead { tr { th { "part" } th.number { "gap before (mN)" } th.number { "after (mN)" } th.number { "gone" } } }
+                thead { tr { th { "part" } th.number { "gap before (mN)" } th.number { "after (mN)" } th.number { "gone" } th.number { "90 % interval" } } }
                 tbody { @for p in &h.parts { tr {
                     td { (p.part) } td.number { (number(p.before_mn, 3)) } td.number { (number(p.after_mn, 3)) }
                     td.number { (part(p.shrinkage)) }
+                    td.number { @if let Some((low, high)) = p.interval { (part(Some(low))) " to " (part(Some(high))) } }
                 } } }
             }
         }
         @if !d.held_out.is_empty() {
-            p.caption { "Gap: root mean square of measured minus predicted beyond what noise gives. Undefined where there is none." }
+            p.caption { "Gap: root mean square of measured minus predicted beyond what noise gives. Undefined where the measurements do not make the predictions with the effect twenty times as likely as those without." }
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::fit::{Bounds, EvaluationFailure, Problem};
 use crate::noise::Observation;
 use crate::objective::{ParameterMap, wait};
 use crate::pool::{ForceCurve, Priority, Run};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixViewMut};
 use poropunch::variables::sensitivities;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -247,10 +247,8 @@ impl Problem for EffectProblem<'_> {
         }
         let measured = self.setup.measured_mn();
         if self.slopes == Slopes::OfTheOthers {
-            let without = curves.iter().flat_map(|c| c.force_n());
-            for (i, (without, (r, measured))) in without.zip(r.iter().zip(&measured)).enumerate() {
-                jacobian.row_mut(i).columns_mut(0, n).scale_mut(factor(r + measured, 1e3 * without));
-            }
+            let with: Vec<f64> = r.iter().zip(&measured).map(|(r, measured)| r + measured).collect();
+            scale_rows(&mut jacobian.columns_mut(0, n), &with, &curves);
         }
         for (j, (shift, runs)) in shifted {
             let forces = Setup::forces_mn(&runs)?;
@@ -259,6 +257,14 @@ impl Problem for EffectProblem<'_> {
             }
         }
         Ok(jacobian)
+    }
+}
+
+/// Multiplies the slopes of the force (mN) of runs without an effect by what it multiplies their force by; `with_mn` is the force with it.
+fn scale_rows(slopes: &mut DMatrixViewMut<f64>, with_mn: &[f64], without: &Curves) {
+    let without_mn = without.iter().flat_map(|c| c.force_n()).map(|f| 1e3 * f);
+    for (i, (with, without)) in with_mn.iter().zip(without_mn).enumerate() {
+        slopes.row_mut(i).scale_mut(factor(*with, without));
     }
 }
 

@@ -251,8 +251,11 @@ pub struct PartGap {
     pub before_mn: f64,
     /// With it (mN).
     pub after_mn: f64,
-    /// `1 - after / before`; undefined where there was no gap.
+    /// `1 - after / before`; undefined where the plain model has no significant gap.
     pub shrinkage: Option<f64>,
+    /// 90 % interval.
+    #[serde(default)]
+    pub interval: Option<(f64, f64)>,
 }
 
 /// How much of the gap goes, in total.
@@ -264,7 +267,7 @@ pub struct ShrinkageSummary {
     pub before_mn: f64,
     /// Gap after (mN).
     pub after_mn: f64,
-    /// `1 - after / before`.
+    /// `1 - after / before`; undefined where the plain model has no significant gap.
     pub value: Option<f64>,
     /// 90 % interval.
     pub interval: Option<(f64, f64)>,

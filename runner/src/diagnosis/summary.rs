@@ -224,21 +224,25 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.dataset.phases.iter().copied()).collect();
     for split in &f.splits {
         let Some(c) = Comparison::new(&f.plain, &refit.fit, split) else { continue };
+        let draws = c.draws();
         let mut parts = Vec::new();
         for phase in std::iter::once(None).chain(Phase::ALL.map(Some)) {
             let points = part(&phases, &split.predicted, phase);
             if points.is_empty() {
                 continue;
             }
-            let s = c.shrinkage(&points, phase.is_none());
+            let s = c.shrinkage(&points, &draws);
             parts.push(PartGap {
                 part: phase.map_or("total", Phase::name).to_owned(),
                 before_mn: s.before_mn,
                 after_mn: s.after_mn,
                 shrinkage: s.value,
+                interval: s.interval,
             });
-            // The split with the largest gap says most about how much of it goes.
-            let larger = total.as_ref().is_none_or(|t| s.before_mn > t.before_mn);
+            // The split with the largest significant gap says most about how much of it goes.
+            let size = |value: Option<f64>, before_mn: f64| (value.is_some(), before_mn);
+            let larger =
+                total.as_ref().is_none_or(|t| size(s.value, s.before_mn) > size(t.value, t.before_mn));
             if phase.is_none() && c.informative && larger {
                 total = Some(ShrinkageSummary {
                     of: split.name.clone(),

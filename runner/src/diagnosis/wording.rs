@@ -38,14 +38,16 @@ pub fn headline(d: &Diagnosis) -> String {
 
 fn removed(d: &Diagnosis) -> String {
     let Some(s) = &d.shrinkage else { return String::new() };
-    let Some(value) = s.value else { return String::new() };
-    let interval =
-        s.interval.map_or(String::new(), |(low, high)| format!(" [{:.0}, {:.0}]", 100.0 * low, 100.0 * high));
-    format!(
-        "; it removes {:.0} %{interval} of the gap of {:.3} mN in data not fitted",
-        100.0 * value,
-        s.before_mn
-    )
+    let Some(part) = part_gone(s.value, s.interval) else {
+        return "; in the data not fitted the plain model has no significant gap to check it by".to_owned();
+    };
+    format!("; it removes {part} of the gap of {:.3} mN in data not fitted", s.before_mn)
+}
+
+/// A shrinkage with its interval.
+fn part_gone(value: Option<f64>, interval: Option<(f64, f64)>) -> Option<String> {
+    let range = |(low, high): (f64, f64)| format!(" [{:.0}, {:.0}]", 100.0 * low, 100.0 * high);
+    value.map(|value| format!("{:.0} %{}", 100.0 * value, interval.map(range).unwrap_or_default()))
 }
 
 /// What would tell an effect from its rivals.
@@ -132,8 +134,8 @@ pub fn table(d: &Diagnosis) -> String {
         let told = if h.informative { "" } else { " (the fitted part does not determine it)" };
         let _ = writeln!(text, "\nheld out: {}: log score {:+.1}{told}", h.split, 0.5 * h.score);
         for p in &h.parts {
-            let went =
-                p.shrinkage.map_or_else(|| "undefined".to_owned(), |s| format!("{:.0} % gone", 100.0 * s));
+            let went = part_gone(p.shrinkage, p.interval)
+                .map_or_else(|| "undefined".to_owned(), |part| format!("{part} gone"));
             let _ = writeln!(text, "  {:12} {:.3} -> {:.3} mN, {went}", p.part, p.before_mn, p.after_mn);
         }
     }

@@ -33,6 +33,8 @@ pub struct Covariance {
 
 /// Squared singular values below this part of the largest are rounding.
 const ROUNDING: f64 = 1e-13;
+/// Factor on the white deviation of a point at which nothing is known.
+const UNKNOWN: f64 = 1e6;
 /// Force below which there is none, over the largest.
 const NO_FORCE: f64 = 1e-3;
 
@@ -76,6 +78,14 @@ impl Covariance {
         };
         let common = self.common.iter().map(moved).collect();
         Self::new(self.white_mn.clone(), common).relative_to(force_mn.clone())
+    }
+
+    /// The same for one who does not know what was measured at `points`.
+    #[must_use]
+    pub fn without(&self, points: &[usize]) -> Self {
+        let mut white_mn = self.white_mn.clone();
+        points.iter().for_each(|&i| white_mn[i] *= UNKNOWN);
+        Self::new(white_mn, self.common.clone()).relative_to(self.reference_mn.clone())
     }
 
     /// A relative error over the force; next to no force there is next to no error.
@@ -183,6 +193,23 @@ mod tests {
         assert!((unit - DMatrix::identity(4, 4)).amax() < 1e-10);
         assert!((covariance.log_determinant() - sigma.determinant().ln()).abs() < 1e-9);
         assert!((covariance.total_mn()[2] - sigma[(2, 2)].sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_point_that_is_not_known_counts_for_nothing() {
+        let shape = DVector::from_vec(vec![1.0, 2.0, 3.0]);
+        let common = Common { name: "c".into(), shape_mn: shape, relative: true };
+        let reference = DVector::from_vec(vec![2.0, 4.0, 6.0]);
+        let all =
+            Covariance::new(DVector::from_vec(vec![0.5, 0.7, 2.0]), vec![common]).relative_to(reference);
+        let whitened = |third: f64| all.without(&[2]).apply(&DVector::from_vec(vec![1.0, 1.0, third]));
+        let square = whitened(0.0).norm_squared();
+        assert!((square - whitened(5.0).norm_squared()).abs() < 1e-6 * square);
+        let known = all.without(&[]).apply(&DVector::from_vec(vec![1.0, 1.0, 0.0])).norm_squared();
+        assert!((square - known).abs() > 1e-3 * square);
+        // Errors in proportion to the force go on growing with it.
+        let twice = all.without(&[2]).at(&DVector::from_vec(vec![4.0, 8.0, 12.0]));
+        assert!((twice.common()[0].shape_mn[1] - 4.0).abs() < 1e-6);
     }
 
     #[test]
