@@ -3,6 +3,7 @@
 use super::binomial::Share;
 use super::draw::Kind as CaseKind;
 use super::key::{Key, Solution};
+use super::specimens::shared_height;
 use crate::diagnosis::result::{Diagnosis, Kind};
 use serde::Serialize;
 
@@ -117,7 +118,10 @@ fn of_diagnosis(solution: &Solution, d: &Diagnosis) -> Answer {
         confidence: d.verdict.confidence,
         shrinkage: claimed.and_then(|s| Some((s.value?, s.interval?.0, s.interval?.1))),
         true_shrinkage: claimed.and_then(|s| {
-            let truth: Vec<f64> = solution.truth_mn.iter().flatten().copied().collect();
+            // Of these specimens, as far as data can tell them from the nominal one.
+            let points = solution.truth_mn.first().map_or(0, Vec::len);
+            let height = shared_height(&solution.drawn, points);
+            let truth: Vec<f64> = solution.truth_mn.iter().flatten().map(|f| height * f).collect();
             s.against(&truth)
         }),
     }

@@ -40,6 +40,21 @@ pub fn measured_n(drawn: &Drawn, tests: &[Test; 2], readings_n: &[Vec<f64>]) -> 
     all
 }
 
+/// Height that the specimens of both tests share: their geometric mean over the nominal one. No data tell it from the moduli. The
+/// first test has `points` samples.
+pub fn shared_height(drawn: &Drawn, points: usize) -> f64 {
+    let mut random = Random::new(drawn.noise_seed);
+    let mean = |batch: &[Specimen]| batch.iter().map(|s| s.height.ln()).sum::<f64>() / COUNT as f64;
+    let first = mean(&batch(drawn, &mut random));
+    if drawn.same_specimens {
+        return first.exp();
+    }
+    (0..COUNT * points).for_each(|_| {
+        random.normal();
+    });
+    (0.5 * (first + mean(&batch(drawn, &mut random)))).exp()
+}
+
 fn batch(drawn: &Drawn, random: &mut Random) -> Vec<Specimen> {
     let mut one = || Specimen {
         height: (drawn.height_scatter * random.normal()).exp(),
@@ -68,4 +83,30 @@ pub fn csv(test: &Test, measured_n: &[Vec<f64>]) -> String {
         text.push('\n');
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::challenge::draw::draw;
+    use crate::challenge::simulate::tests;
+
+    /// Goal: the height is that of the specimens that were measured. Reference: the mean of the measured curves where all force is 1 N
+    /// long after the ramp, 10 specimens and hundreds of points: its noise is below 1e-5.
+    #[test]
+    fn the_shared_height_is_that_of_what_was_measured() {
+        let mut drawn = draw(3, 1).remove(0);
+        drawn.shape_scatter = 0.0;
+        let tests = tests(1).unwrap();
+        let ones: Vec<Vec<f64>> = tests.iter().map(|t| vec![1.0; t.time_s.len()]).collect();
+        for same in [true, false] {
+            drawn.same_specimens = same;
+            let measured = measured_n(&drawn, &tests, &ones);
+            let log_height =
+                |specimen: &Vec<f64>| (specimen.iter().sum::<f64>() / specimen.len() as f64).ln();
+            let heights: Vec<f64> = measured.iter().flatten().map(log_height).collect();
+            let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+            assert!((shared_height(&drawn, ones[0].len()) - mean.exp()).abs() < 1e-5);
+        }
+    }
 }

@@ -78,9 +78,10 @@ pub fn refit(
     let gain = plain.solution.chi_square - found.solution.chi_square;
     let remainder = something_else(setup.observations, &found.linear, &found.covariance);
     let adequacy = adequacy(setup, &found);
-    let is_small = |rest: f64, whole: f64| rest < REST * REST * whole;
-    let leaves_little =
-        is_small(remainder.explained, gap.explained) && is_small(excess(&found), excess(plain));
+    // Of a gap with kinks, as a lag leaves it, a smooth error explains little: the larger measure is the gap.
+    let whole = gap.explained.max(excess(plain));
+    let is_small = |rest: f64| rest < REST * REST * whole;
+    let leaves_little = is_small(remainder.explained) && is_small(excess(&found));
     let members = members.iter().map(|(k, _)| *k).collect();
     Ok(Refit { members, fit: found, evidence, gain, remainder, adequacy, leaves_little })
 }

@@ -275,7 +275,14 @@ fn warnings(f: &Findings) -> Vec<String> {
     }
     if !f.decision.unnamed.is_empty() {
         let names: Vec<&str> = f.decision.unnamed.iter().map(|&k| f.candidates[k].name.as_str()).collect();
-        warnings.push(format!("less likely, but not told from the effects named: {}", list(&names)));
+        warnings.push(match f.decision.kind {
+            Kind::NoGap => format!(
+                "there is a significant difference; {} of less than a tenth of its plausible scale explains it, which is too \
+                 little to matter",
+                list(&names)
+            ),
+            _ => format!("less likely, but not told from the effects named: {}", list(&names)),
+        });
     }
     if f.noise.tests.iter().all(|t| t.height_scatter.is_none()) {
         warnings.push("no specimens in the files: what they differ by is not in the noise".to_owned());

@@ -51,7 +51,7 @@ pub struct Decision {
     pub kind: Kind,
     /// Candidates: best first.
     pub members: Vec<usize>,
-    /// Less likely ones that look the same and are not named.
+    /// Less likely ones that look the same and are not named; without a gap that matters, what explains the difference.
     pub unnamed: Vec<usize>,
     /// Index of the refit that the answer rests on.
     pub refit: Option<usize>,
@@ -108,12 +108,9 @@ pub fn decide(e: &Evidence) -> Decision {
     let sizes = refit.fit.magnitudes();
     if !sizes.is_empty() && sizes.iter().all(|m| m.abs() < NEGLIGIBLE) {
         // Two correct programs differ by as much; what they leave of one another is no finding about the specimen.
-        return decision(
-            Kind::NoGap,
-            vec![],
-            None,
-            0.5 + 0.5 * probabilities[best] * (1.0 - elsewhere_share),
-        );
+        let confidence = 0.5 + 0.5 * probabilities[best] * (1.0 - elsewhere_share);
+        let unnamed = refit.members.clone();
+        return Decision { unnamed, ..decision(Kind::NoGap, vec![], None, confidence) };
     }
     if refit.members.len() > 1 {
         return decision(Kind::Pair, refit.members.clone(), Some(best), probabilities[best]);

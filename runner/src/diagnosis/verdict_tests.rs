@@ -91,3 +91,16 @@ fn a_group_is_no_longer_than_three() {
     let two = decided(&five[..2], &[], 0.0, 0.0);
     approx::assert_relative_eq!(d.confidence, 0.6 * two.confidence, max_relative = 0.02);
 }
+
+/// A significant effect that is too small to matter is told, and is no gap.
+#[test]
+fn a_tenth_of_a_plausible_scale_is_no_gap() {
+    let sized = |size: f64| {
+        let mut found = refit(4, 200.0);
+        found.fit.solution.x = vec![size];
+        decided(&[found], &[], 0.0, 0.0)
+    };
+    let d = sized(-0.05);
+    assert_eq!((d.kind, d.members, d.unnamed), (Kind::NoGap, vec![], vec![4]));
+    assert_eq!((sized(0.15).kind, sized(0.15).unnamed), (Kind::Effect, vec![]));
+}
