@@ -11,7 +11,7 @@ use runner::diagnosis::baseline::{Fit, FitPlan, fit};
 use runner::diagnosis::diagnose::{Effort, diagnose};
 use runner::diagnosis::effect::Candidate;
 use runner::diagnosis::problem::Setup;
-use runner::diagnosis::shrinkage::{Comparison, part_removed};
+use runner::diagnosis::shrinkage::{Comparison, part_removed, percentile};
 use runner::engine::{Engine, EngineOptions};
 use runner::noise::Observation;
 use runner::noise::observation::observe;
@@ -97,7 +97,7 @@ fn report(split: &str, pairs: &[(f64, f64)]) {
     let of = |values: Vec<f64>| {
         let mut sorted = values;
         sorted.sort_by(f64::total_cmp);
-        let at = |part: f64| 100.0 * sorted[((sorted.len() - 1) as f64 * part).round() as usize];
+        let at = |part: f64| 100.0 * percentile(&sorted, part).unwrap_or(f64::NAN);
         format!("{:.1} % [{:.1}, {:.1}]", at(0.5), at(0.05), at(0.95))
     };
     let n = pairs.len() as f64;

@@ -236,3 +236,16 @@ fn specimen_size() {
 fn traction() {
     recovers("discretisation", None, Then::Hold, &[], &[&["effect.discretisation.traction=true"]]);
 }
+
+/// Goal: of two effects both are named. Set-up: as the others, with a lag of 0.1 s and a surface that is 60 um higher; what each of
+/// them would be taken for alone is in the screening.
+#[test]
+fn a_pair() {
+    let both = ["effect.load_cell_lag.time=0.1", "effect.offset.height=6e-5"];
+    let (printed, found) = diagnosed(Then::Hold, &[], &[&both], |_, force_mn| force_mn);
+    assert_eq!(found["verdict"]["kind"], "pair", "{printed}");
+    let mut named: Vec<&str> =
+        found["verdict"]["effects"].as_array().unwrap().iter().filter_map(|e| e.as_str()).collect();
+    named.sort_unstable();
+    assert_eq!(named, ["load_cell_lag", "offset"], "{printed}");
+}

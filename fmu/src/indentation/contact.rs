@@ -156,6 +156,11 @@ impl Contact {
         (intact, intact && ends.contains(&Status::Bridged))
     }
 
+    /// The corners of a patch that are in contact.
+    fn closed(&self, patch: &Range<usize>) -> impl Iterator<Item = usize> + Clone + '_ {
+        patch.clone().filter(|&k| self.corners[k].is_closed())
+    }
+
     /// Whether a node that is in contact is held radially by a bonded face.
     pub fn is_held(&self, node: usize) -> bool {
         self.around(node).iter().all(|status| *status == Status::Held)
@@ -320,7 +325,7 @@ impl Surface {
         slid: bool,
     ) -> Option<(Status, bool)> {
         let friction = self.friction?;
-        let first = patch.clone().find(|&k| contact.corners[k].is_closed())?;
+        let first = contact.closed(patch).next()?;
         match contact.corners[first] {
             Status::Yields(_) => Some((Status::Held, false)),
             Status::Held if slid => None,
@@ -332,7 +337,7 @@ impl Surface {
     /// Whether a patch that slides moved against its direction.
     fn turned(&self, patch: &Range<usize>, contact: &Contact, trial: &Trial<'_>, sliding: Status) -> bool {
         let (mut motion, mut length) = (0.0, 0.0);
-        for k in patch.clone().filter(|&k| contact.corners[k].is_closed()) {
+        for k in contact.closed(patch) {
             let radial = self.nodes[2 * k].radial;
             motion += self.lengths[k] * (trial.x[radial] - trial.from[radial]);
             length += self.lengths[k];
@@ -348,8 +353,7 @@ impl Surface {
         trial: &Trial<'_>,
         friction: f64,
     ) -> Option<(Status, bool)> {
-        let closed = patch.clone().filter(|&k| contact.corners[k].is_closed());
-        let reactions = closed.map(|k| self.reaction(k, contact, trial));
+        let reactions = contact.closed(patch).map(|k| self.reaction(k, contact, trial));
         let pulled = reactions.clone().any(|(_, pressure)| pressure < -trial.slack.force);
         let (shear, pressure) = reactions.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
         let loose = |k: usize| contact.corners.get(k).is_some_and(|status| *status != Status::Held);
@@ -379,7 +383,7 @@ impl Surface {
         let mut solve_again = false;
         for (patch, slid) in self.patches.iter().zip(&mut past.slid) {
             if let Some((status, at_once)) = self.bond(patch, &before, trial, *slid) {
-                for k in patch.clone().filter(|&k| before.corners[k].is_closed()) {
+                for k in before.closed(patch) {
                     contact.corners[k] = status;
                 }
                 *slid |= status != Status::Held;

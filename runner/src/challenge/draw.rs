@@ -2,11 +2,12 @@
 
 use super::cause::Cause;
 use crate::data::random::Random;
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What kind of case was drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Nothing is missing.
@@ -52,10 +53,10 @@ const SIZES: (f64, f64) = (0.7, 4.0);
 /// Of those that nobody can see.
 const WEAK: (f64, f64) = (0.005, 0.02);
 
-/// Draws `cases` cases.
-pub fn draw(seed: u64, cases: usize) -> Vec<Drawn> {
+/// Draws `cases` cases of these kinds, or of all where none is given.
+pub fn draw(seed: u64, cases: usize, wanted: &[Kind]) -> Vec<Drawn> {
     let mut random = Random::new(seed);
-    let mut shuffle: Vec<Kind> = kinds(cases);
+    let mut shuffle: Vec<Kind> = kinds(cases, wanted);
     for i in (1..shuffle.len()).rev() {
         shuffle.swap(i, below(&mut random, i + 1));
     }
@@ -67,14 +68,16 @@ pub fn again(case: &Drawn, attempt: u64) -> Drawn {
     one(case.kind, &mut Random::new(case.noise_seed.wrapping_add(attempt)))
 }
 
-/// As many of each kind as its share says, the rest null.
-fn kinds(cases: usize) -> Vec<Kind> {
+/// As many of each kind as its share among the wanted ones says, the rest of the first of them.
+fn kinds(cases: usize, wanted: &[Kind]) -> Vec<Kind> {
+    let shares = || SHARES.iter().filter(|(kind, _)| wanted.is_empty() || wanted.contains(kind));
+    let all: f64 = shares().map(|(_, share)| share).sum();
     let mut kinds = Vec::new();
-    for (kind, share) in SHARES.iter().skip(1) {
-        kinds.extend(std::iter::repeat_n(*kind, (share * cases as f64).round() as usize));
+    for (kind, share) in shares().skip(1) {
+        kinds.extend(std::iter::repeat_n(*kind, (share / all * cases as f64).round() as usize));
     }
     kinds.truncate(cases);
-    kinds.resize(cases, Kind::Null);
+    kinds.resize(cases, shares().next().map_or(Kind::Null, |(kind, _)| *kind));
     kinds
 }
 
@@ -159,9 +162,9 @@ mod tests {
 
     #[test]
     fn a_seed_gives_the_same_cases_and_all_kinds() {
-        let cases = draw(7, 100);
-        assert_eq!(cases, draw(7, 100));
-        assert_ne!(cases, draw(8, 100));
+        let cases = draw(7, 100, &[]);
+        assert_eq!(cases, draw(7, 100, &[]));
+        assert_ne!(cases, draw(8, 100, &[]));
         let count = |kind| cases.iter().filter(|c| c.kind == kind).count();
         let counts = [Kind::Null, Kind::Single, Kind::Pair, Kind::Outside, Kind::Weak].map(count);
         assert_eq!(counts, [25, 40, 10, 15, 10]);
@@ -177,6 +180,15 @@ mod tests {
             assert_eq!(inside, expected, "{case:?}");
             assert_eq!(case.material.len(), 9);
         }
+    }
+
+    #[test]
+    fn only_the_wanted_kinds_are_drawn() {
+        let cases = draw(7, 20, &[Kind::Pair, Kind::Null]);
+        let count = |kind| cases.iter().filter(|c| c.kind == kind).count();
+        // Their shares are 25 to 10.
+        assert_eq!([Kind::Null, Kind::Pair].map(count), [14, 6]);
+        assert!(draw(7, 5, &[Kind::Weak]).iter().all(|c| c.kind == Kind::Weak));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `runner challenge make`: cases for the diagnosis, and their sealed key.
 
-use super::draw::{Drawn, again, draw};
+use super::draw::{Drawn, Kind, again, draw};
 use super::key::{Key, SEAL, Solution, hash};
 use super::oracle::visibility;
 use super::simulate::{Test, Truth, start, tests};
@@ -52,6 +52,8 @@ pub struct Plan<'a> {
     pub seed: u64,
     /// Number of cases.
     pub cases: usize,
+    /// Their kinds; all where none is given.
+    pub kinds: &'a [Kind],
     /// Cycles of each test.
     pub cycles: i32,
     /// The maker's mesh and time steps.
@@ -72,7 +74,7 @@ const ATTEMPTS: u64 = 8;
 pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result<(), MakeError> {
     let tests = tests(plan.cycles)?;
     let mut cases = Vec::new();
-    for (number, drawn) in draw(plan.seed, plan.cases).into_iter().enumerate() {
+    for (number, drawn) in draw(plan.seed, plan.cases, plan.kinds).into_iter().enumerate() {
         say(format!("case {} of {}", number + 1, plan.cases));
         let mut made = one(engine, plan, &tests, drawn.clone());
         // Some materials and causes together are beyond what the mesh can follow.

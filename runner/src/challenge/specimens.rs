@@ -95,7 +95,7 @@ mod tests {
     /// long after the ramp, 10 specimens and hundreds of points: its noise is below 1e-5.
     #[test]
     fn the_shared_height_is_that_of_what_was_measured() {
-        let mut drawn = draw(3, 1).remove(0);
+        let mut drawn = draw(3, 1, &[]).remove(0);
         drawn.shape_scatter = 0.0;
         let tests = tests(1).unwrap();
         let ones: Vec<Vec<f64>> = tests.iter().map(|t| vec![1.0; t.time_s.len()]).collect();

@@ -4,6 +4,7 @@ use super::diagnose::{self, diagnosis_of, tests_of};
 use super::engine_args::EngineArguments;
 use super::progress::Progress;
 use super::{CliResult, Ending};
+use crate::challenge::draw::Kind;
 use crate::challenge::key::{SEAL, open};
 use crate::challenge::make::{Plan, make};
 use crate::challenge::score::score;
@@ -42,6 +43,9 @@ struct Make {
     /// Number of cases
     #[arg(long, value_name = "N", default_value_t = 100)]
     cases: usize,
+    /// Only these kinds of cases, as often as among all of them [default: all]
+    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    kinds: Vec<Kind>,
     /// Cycles of each test; one ends with its hold
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(i32).range(1..=12))]
     cycles: i32,
@@ -108,6 +112,7 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
     let plan = Plan {
         seed: arguments.seed,
         cases: arguments.cases,
+        kinds: &arguments.kinds,
         cycles: arguments.cycles,
         numerics: settings_from(engine.wiring(), &settings)?,
         out: &arguments.out,

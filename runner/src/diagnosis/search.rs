@@ -6,15 +6,15 @@
 //! -> further single effects, while nothing explains the gap, in the order that their signatures have at the user's start
 //! ```
 
-use super::baseline::{Fit, FitFailure, Tangent};
+use super::baseline::{Fit, FitFailure, Tangent, linearised};
 use super::confirming::{Refit, excess, refit};
 use super::diagnose::{DiagnosisError, linear_evidence};
 use super::effect::Candidate;
 use super::problem::Setup;
-use super::screening::{Linearised, Screened};
+use super::screening::{Linearised, Screened, Screening};
 use super::something_else::SomethingElse;
 use crate::fit::{EvaluationFailure, IterationRecord};
-use crate::noise::Covariance;
+use crate::noise::{Covariance, form_errors};
 
 /// Screened effects that are refitted where one of them explains the gap.
 const LEADERS: usize = 5;
@@ -27,8 +27,9 @@ const TRIED: usize = 7;
 const HOPELESS: f64 = 0.2;
 /// Evidence (twice the logarithm) that a second effect must have in the rest of the best single one.
 const PAIR_GAIN: f64 = 8.0;
-/// A second effect that gains a smaller part of what the first does makes up for the first one's form.
-const FORM: f64 = 0.1;
+/// Nature's form of the first effect may deviate from the catalogue's by this part of it; what a second one does must be more than
+/// that explains.
+const FORM: f64 = 0.3;
 /// An effect (or two) of which screening expects a smaller part of the gap is no cause of all of it.
 const WORTH_TRYING: f64 = 0.1;
 /// Of the leaders themselves less is asked: a signature is that of a plain fit which hides as much of the effect as it can.
@@ -102,7 +103,10 @@ impl Search<'_> {
             }
         }
         let best = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        let with_partner = best.and_then(|best| Some((best, self.partner(best, leaders)?)));
+        let with_partner = match best.filter(|best| !best.leaves_noise()) {
+            Some(best) => self.partner(best, leaders)?.map(|partner| (best, partner)),
+            None => None,
+        };
         if let Some((best, partner)) = with_partner.filter(|(b, p)| b.gain + p.gain > WORTH_TRYING * missed) {
             let own = best.fit.magnitudes().first().copied().unwrap_or(1.0);
             let from = [best.fit.x(), self.setup.parameters.start()];
@@ -164,14 +168,31 @@ impl Search<'_> {
         Ok(promises)
     }
 
-    /// What the rest of a single effect shows best.
-    fn partner(&self, single: &Refit, leaders: &[&Screened]) -> Option<Promise> {
-        let fit = &single.fit;
+    /// What the rest of a single effect shows best, beyond what the effect's form may leave.
+    fn partner(&self, single: &Refit, leaders: &[&Screened]) -> Result<Option<Promise>, EvaluationFailure> {
+        let (fit, first) = (&single.fit, single.members[0]);
+        let Some(alone) = leaders.iter().find(|s| s.candidate == first) else { return Ok(None) };
+        // A switch has no magnitude that was fitted.
+        let (magnitude, change_mn) = match fit.magnitudes() {
+            [] => (1.0, alone.change_mn.clone()),
+            [magnitude, ..] => (*magnitude, fit.jacobian_mn.column(fit.parameters) * *magnitude),
+        };
+        let covariance = fit.covariance.with(form_errors(self.setup.observations, &change_mn, FORM));
+        let linear = linearised(&fit.jacobian_mn, &fit.gap_mn, &covariance, &fit.prior, &fit.solution.x);
         let family = |k: usize| &self.candidates[k].effect.family;
-        let others = leaders.iter().filter(|s| family(s.candidate) != family(single.members[0]));
-        let in_rest = others.map(|s| self.promise(s, &fit.covariance, &fit.linear));
-        let best = in_rest.max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
-        (best.evidence > PAIR_GAIN && best.gain > FORM * single.gain).then_some(best)
+        let others = leaders.iter().filter(|s| family(s.candidate) != family(first));
+        let screening = Screening {
+            setup: self.setup,
+            candidates: self.candidates,
+            x: fit.x(),
+            present: &[(&self.candidates[first], magnitude)],
+            fit: &linear,
+            whitening: &covariance,
+        };
+        let (screened, _) = screening.screen(others.map(|s| s.candidate))?;
+        let in_rest = screened.iter().map(|s| self.promise(s, &covariance, &linear));
+        let best = in_rest.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        Ok(best.filter(|p| p.evidence > PAIR_GAIN))
     }
 
     /// `None` where the model cannot be computed with these effects: that is no competitor.

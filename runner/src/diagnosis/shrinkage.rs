@@ -38,26 +38,30 @@ const TAIL: f64 = 0.05;
 struct Side {
     predictor: Predictor,
     gap_mn: DVector<f64>,
+    /// Measured minus predicted (mN, predicted points).
+    error_mn: DVector<f64>,
     white_mn: DVector<f64>,
     common: DMatrix<f64>,
 }
 
 impl Side {
     fn new(fit: &Fit, split: &Split) -> Option<Self> {
+        let predictor = Predictor::new(fit, split)?;
         Some(Self {
-            predictor: Predictor::new(fit, split)?,
+            error_mn: predictor.error_mn(&fit.gap_mn),
+            predictor,
             gap_mn: fit.gap_mn.clone(),
             white_mn: fit.covariance.white_mn().clone(),
             common: fit.covariance.common_columns(),
         })
     }
 
-    fn error_mn(&self) -> DVector<f64> {
-        self.predictor.error_mn(&self.gap_mn)
+    fn log_score(&self, points: &[usize]) -> f64 {
+        self.predictor.log_score(&self.error_mn, points)
     }
 
-    fn log_score(&self, points: &[usize]) -> f64 {
-        self.predictor.log_score(&self.error_mn(), points)
+    fn systematic_mn(&self, points: &[usize]) -> f64 {
+        gap_mn(&self.error_mn, &self.predictor.deviation_mn, points)
     }
 }
 
@@ -92,8 +96,7 @@ impl Comparison {
     /// Predictions (mN) at the split's points with or without the effect, from what was measured at all points (mN).
     pub fn predicted_mn(&self, measured_mn: &[f64], with_effect: bool) -> Vec<f64> {
         let side = if with_effect { &self.extended } else { &self.plain };
-        let error = side.error_mn();
-        side.predictor.points().iter().zip(error.iter()).map(|(&i, e)| measured_mn[i] - e).collect()
+        side.predictor.points().iter().zip(side.error_mn.iter()).map(|(&i, e)| measured_mn[i] - e).collect()
     }
 
     /// Draws of the noise of the model with the effect (mN, all points).
@@ -129,10 +132,12 @@ impl Comparison {
 
     /// Over some of the predicted points, given by their places among them.
     pub fn shrinkage(&self, points: &[usize], draws: &Draws) -> Shrinkage {
-        let gap = |side: &Side, error: &DVector<f64>| gap_mn(error, &side.predictor.deviation_mn, points);
-        let before_mn = gap(&self.plain, &self.plain.error_mn());
-        let after_mn = gap(&self.extended, &self.extended.error_mn());
-        let ratio = self.extended.log_score(points) - self.plain.log_score(points);
+        let (before_mn, after_mn) = (self.plain.systematic_mn(points), self.extended.systematic_mn(points));
+        // The score of all points is known.
+        let ratio = match points.len() == self.plain.predictor.points().len() {
+            true => self.score,
+            false => self.extended.log_score(points) - self.plain.log_score(points),
+        };
         let value = part_removed(before_mn, after_mn).filter(|_| ratio > -2.0 * SIGNIFICANT.ln());
         let interval = value.and_then(|value| {
             let norm =
@@ -140,8 +145,7 @@ impl Comparison {
             let one = |[before, after]: &[DVector<f64>; 2]| part_removed(norm(before), norm(after));
             let mut parts: Vec<f64> = draws.iter().filter_map(one).collect();
             parts.sort_by(f64::total_cmp);
-            let last = parts.len().checked_sub(1)? as f64;
-            let at = |part: f64| parts.get((last * part).round() as usize).copied();
+            let at = |part: f64| percentile(&parts, part);
             let (low, middle, high) = (at(TAIL)?, at(0.5)?, at(1.0 - TAIL)?);
             Some((low.min(value + low - middle), high.max(value + high - middle).min(1.0)))
         });
@@ -152,6 +156,12 @@ impl Comparison {
 /// None where there is nothing before.
 pub fn part_removed(before: f64, after: f64) -> Option<f64> {
     (before > 0.0).then(|| 1.0 - after / before)
+}
+
+/// The value below which this part of sorted values lies; none of none.
+pub fn percentile(sorted: &[f64], part: f64) -> Option<f64> {
+    let last = sorted.len().checked_sub(1)? as f64;
+    sorted.get((last * part).round() as usize).copied()
 }
 
 #[cfg(test)]

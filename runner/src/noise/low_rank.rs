@@ -80,6 +80,13 @@ impl Covariance {
         Self::new(self.white_mn.clone(), common).relative_to(force_mn.clone())
     }
 
+    /// The same with further errors that are no part of the computed force.
+    #[must_use]
+    pub fn with(&self, more: impl IntoIterator<Item = Common>) -> Self {
+        let common = self.common.iter().cloned().chain(more).collect();
+        Self::new(self.white_mn.clone(), common).relative_to(self.reference_mn.clone())
+    }
+
     /// The same for one who does not know what was measured at `points`.
     #[must_use]
     pub fn without(&self, points: &[usize]) -> Self {

@@ -67,6 +67,21 @@ pub fn noise_model(observations: &[Observation], reference_mn: &[f64], refined: 
     NoiseModel { covariance, tests, same_specimens: same }
 }
 
+/// Errors of an effect's form: nature's change of the force has not the shape that the catalogue computes (`change_mn`, mN, all
+/// points) but one that deviates by this part of it, otherwise in each half decade of the time since a kink.
+pub fn form_errors(observations: &[Observation], change_mn: &DVector<f64>, part: f64) -> Vec<Common> {
+    let total = change_mn.len();
+    let mut before = 0;
+    let mut common = Vec::new();
+    for observation in observations {
+        let own_mn = change_mn.rows(before, observation.len()).into_owned();
+        let errors = numerical::errors_after_kinks(observation, &own_mn, part, "form");
+        common.extend(errors.map(|c| embed(c, before, total)));
+        before += observation.len();
+    }
+    common
+}
+
 /// A test's error among the points of all tests.
 fn embed(common: Common, before: usize, total: usize) -> Common {
     let mut shape_mn = DVector::zeros(total);

@@ -58,24 +58,37 @@ pub fn sum_by_key<'a, K: Ord>(
 /// Time since touch that the first knot stands for (s).
 const FIRST_S: f64 = 1e-2;
 
-/// The error as independent errors over the time since each kink of the motion, where every program begins anew with
-/// small steps, in proportion to the computed force (mN). The cycles share it but for `OWN` of it: taken as independent, it
-/// would average out over the cycles.
+/// The error of the simulation: [`errors_after_kinks`] of the computed force (mN).
 pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
-    let error = |name: String, shape: DVector<f64>, part: f64| Common {
-        name: format!("simulation of {}, {name}", observation.name()),
-        shape_mn: shape.component_mul(force_mn) * (part * RELATIVE),
-        relative: true,
+    errors_after_kinks(observation, force_mn, RELATIVE, "simulation")
+        .map(|c| Common { relative: true, ..c })
+        .collect()
+}
+
+/// Independent errors over the time since each kink of the motion, where every program begins anew with small steps and every
+/// effect with its fastest part, each of a size that is this part of `curve_mn` (mN). The cycles share them but for `OWN`
+/// of them: taken as independent, they would average out over the cycles.
+pub fn errors_after_kinks(
+    observation: &Observation,
+    curve_mn: &DVector<f64>,
+    part: f64,
+    what: &str,
+) -> impl Iterator<Item = Common> {
+    let error = move |name: String, shape: DVector<f64>, share: f64| Common {
+        name: format!("{what} of {}, {name}", observation.name()),
+        shape_mn: shape.component_mul(curve_mn) * (share * part),
+        relative: false,
     };
     let own = if observation.cycles.len() > 1 { OWN } else { 0.0 };
     let hats = hats_after_kinks(observation);
     let shared = sum_by_key(hats.iter().map(|((_, leg, knot), hat)| ((*leg, *knot), hat)));
-    let part = (1.0 - own * own).sqrt();
-    let of_one =
-        |((cycle, leg, knot), hat)| error(format!("cycle {}, leg {leg}, knot {knot}", cycle + 1), hat, own);
-    let of_all = |((leg, knot), sum)| error(format!("leg {leg}, knot {knot}"), sum, part);
-    let single = hats.into_iter().filter(|_| own > 0.0).map(of_one);
-    single.chain(shared.into_iter().map(of_all)).filter(|c| c.shape_mn.amax() > 0.0).collect()
+    let common = (1.0 - own * own).sqrt();
+    let of_one = move |((cycle, leg, knot), hat)| {
+        error(format!("cycle {}, leg {leg}, knot {knot}", cycle + 1), hat, own)
+    };
+    let of_all = move |((leg, knot), sum)| error(format!("leg {leg}, knot {knot}"), sum, common);
+    let single = hats.into_iter().filter(move |_| own > 0.0).map(of_one);
+    single.chain(shared.into_iter().map(of_all)).filter(|c| c.shape_mn.amax() > 0.0)
 }
 
 /// Hat functions over the decades of the time since the kink that begins each leg of the motion: cycle, leg, knot.

@@ -180,3 +180,23 @@ fn an_error_of_the_simulation_does_not_average_out_over_the_cycles() {
     assert!((0.8..1.2).contains(&size(1.0)), "{}", size(1.0));
     assert!(size(-1.0) > 2.0, "{}", size(-1.0));
 }
+
+#[test]
+fn an_effect_may_have_another_form_where_it_acts_and_only_there() {
+    let observations = tests(4, true, 0.0);
+    let noise = of(&observations);
+    let at = |change: &dyn Fn(f64) -> f64| {
+        let one: Vec<f64> = truth().iter().map(|p| change(p.0)).collect();
+        nalgebra::DVector::from_vec([one.clone(), one].concat())
+    };
+    // 2 mN that are gone within seconds of the ramp's end at 1.1 s; in nature they go a third more slowly.
+    let fading = |time_s: f64| move |t: f64| if t < 1.1 { 0.0 } else { 2.0 * (-(t - 1.1) / time_s).exp() };
+    let (catalogue, nature) = (at(&fading(1.0)), at(&fading(1.33)));
+    let known = noise.covariance.with(form_errors(&observations, &catalogue, 0.3));
+    let part = |rest: &nalgebra::DVector<f64>| {
+        known.apply(rest).norm_squared() / noise.covariance.apply(rest).norm_squared()
+    };
+    let form = part(&(nature - &catalogue));
+    let elsewhere = part(&at(&|t| if t > 60.0 { 0.5 } else { 0.0 }));
+    assert!(form < 0.2 && (elsewhere - 1.0).abs() < 1e-3, "{form} {elsewhere}");
+}

@@ -18,7 +18,7 @@ pub use projection::{Linearised, Signature, normal_cdf};
 use super::effect::{Candidate, Sign};
 use super::problem::{Setup, is_continuous};
 use crate::fit::{EvaluationFailure, Whitening};
-use crate::pool::Priority;
+use crate::pool::{Priority, Run};
 use nalgebra::DVector;
 
 /// An effect as screening sees it.
@@ -43,83 +43,94 @@ pub struct Failed {
     pub reason: String,
 }
 
-/// Signatures of all candidates at the parameters `x` of a fit.
-///
-/// # Errors
-/// When the plain model fails, or the user asked to stop.
-pub fn screen<W: Whitening>(
-    setup: Setup,
-    candidates: &[Candidate],
-    x: &[f64],
-    fit: &Linearised,
-    whitening: &W,
-) -> Result<(Vec<Screened>, Vec<Failed>), EvaluationFailure> {
-    let plain = setup.submit(x, &[], false, Priority::Urgent);
-    let runs: Vec<_> =
-        candidates.iter().map(|c| setup.submit(x, &[(c, 1.0)], false, Priority::Speculative)).collect();
-    let plain = Setup::forces_mn(&plain)?;
-    let (mut screened, mut failed) = (Vec::new(), Vec::new());
-    for (candidate, runs) in runs.iter().enumerate() {
-        match Setup::forces_mn(runs) {
-            Ok(forces) => {
-                let change = forces.iter().zip(&plain).map(|(f, p)| f - p);
-                let change_mn = DVector::from_iterator(plain.len(), change);
-                let signature = fit.signature(whitening, &change_mn);
-                screened.push(Screened { candidate, change_mn, signature, other: None });
-            }
-            Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
-            Err(EvaluationFailure::Failed(reason)) => failed.push(Failed { candidate, reason }),
-        }
+/// A model, around which signatures are computed.
+pub struct Screening<'a, W> {
+    /// Engine, measurements, parameters.
+    pub setup: Setup<'a>,
+    /// What may be asked about.
+    pub candidates: &'a [Candidate],
+    /// Parameters (optimiser's variables).
+    pub x: &'a [f64],
+    /// Effects that the model has already.
+    pub present: &'a [(&'a Candidate, f64)],
+    /// The model, linearised.
+    pub fit: &'a Linearised,
+    /// Of its noise.
+    pub whitening: &'a W,
+}
+
+impl<W: Whitening> Screening<'_, W> {
+    fn submit(&self, more: &[(&Candidate, f64)], priority: Priority) -> Vec<Run> {
+        self.setup.submit(self.x, &[self.present, more].concat(), false, priority)
     }
-    refine(setup, candidates, x, fit, whitening, &plain, &mut screened)?;
-    Ok((screened, failed))
+
+    /// Signatures of these candidates.
+    ///
+    /// # Errors
+    /// When the model fails as it is, or the user asked to stop.
+    pub fn screen(
+        &self,
+        wanted: impl Iterator<Item = usize>,
+    ) -> Result<(Vec<Screened>, Vec<Failed>), EvaluationFailure> {
+        let without = self.submit(&[], Priority::Urgent);
+        let with = |k: usize| (k, self.submit(&[(&self.candidates[k], 1.0)], Priority::Speculative));
+        let runs: Vec<_> = wanted.map(with).collect();
+        let without_mn = Setup::forces_mn(&without)?;
+        let (mut screened, mut failed) = (Vec::new(), Vec::new());
+        for (candidate, runs) in runs {
+            match Setup::forces_mn(&runs) {
+                Ok(forces) => {
+                    let change = forces.iter().zip(&without_mn).map(|(f, p)| f - p);
+                    let change_mn = DVector::from_iterator(without_mn.len(), change);
+                    let signature = self.fit.signature(self.whitening, &change_mn);
+                    screened.push(Screened { candidate, change_mn, signature, other: None });
+                }
+                Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
+                Err(EvaluationFailure::Failed(reason)) => failed.push(Failed { candidate, reason }),
+            }
+        }
+        self.refine(&without_mn, &mut screened)?;
+        Ok((screened, failed))
+    }
+
+    /// Effects that would be seen at a small part of their plausible scale may look different there (a surface that is
+    /// higher by micrometres, against one that is higher by tenths of a millimetre): they are computed there too, and
+    /// the signature that fits the residual better is kept.
+    fn refine(&self, without_mn: &[f64], screened: &mut [Screened]) -> Result<(), EvaluationFailure> {
+        let y = &self.fit.residual;
+        let mut runs = Vec::new();
+        let score = |s: &Screened| self.candidates[s.candidate].one_sided(s.signature.score(y));
+        let highest = screened.iter().map(score).fold(0.0, f64::max);
+        for (k, s) in screened.iter().enumerate() {
+            let candidate = &self.candidates[s.candidate];
+            let part = VISIBLE / s.signature.strength();
+            // Another magnitude may look up to some times better, not more.
+            if is_continuous(candidate) && part < 0.5 && score(s) > RIVAL * highest {
+                let side =
+                    if candidate.effect.sign == Sign::Either { s.signature.score(y).signum() } else { 1.0 };
+                let m = side * part.max(0.02);
+                runs.push((k, m, self.submit(&[(candidate, m)], Priority::Speculative)));
+            }
+        }
+        for (k, m, runs) in runs {
+            let Some(forces) = Setup::computable_forces_mn(&runs)? else { continue };
+            let change = forces.iter().zip(without_mn).map(|(f, p)| (f - p) / m);
+            let change_mn = DVector::from_iterator(without_mn.len(), change);
+            let small = self.fit.signature(self.whitening, &change_mn);
+            let s = &mut screened[k];
+            let candidate = &self.candidates[s.candidate];
+            if candidate.one_sided(small.score(y)) > candidate.one_sided(s.signature.score(y)) {
+                s.change_mn = change_mn;
+                s.other = Some(std::mem::replace(&mut s.signature, small));
+            } else {
+                s.other = Some(small);
+            }
+        }
+        Ok(())
+    }
 }
 
 /// An effect with a smaller part of the highest score is no rival.
 const RIVAL: f64 = 0.1;
 /// A score that any gap worth explaining has.
 const VISIBLE: f64 = 8.0;
-
-/// Effects that would be seen at a small part of their plausible scale may look different there (a surface that is
-/// higher by micrometres, against one that is higher by tenths of a millimetre): they are computed there too, and
-/// the signature that fits the residual better is kept.
-fn refine<W: Whitening>(
-    setup: Setup,
-    candidates: &[Candidate],
-    x: &[f64],
-    fit: &Linearised,
-    whitening: &W,
-    plain: &[f64],
-    screened: &mut [Screened],
-) -> Result<(), EvaluationFailure> {
-    let y = &fit.residual;
-    let mut runs = Vec::new();
-    let score = |s: &Screened| candidates[s.candidate].one_sided(s.signature.score(y));
-    let highest = screened.iter().map(score).fold(0.0, f64::max);
-    for (k, s) in screened.iter().enumerate() {
-        let candidate = &candidates[s.candidate];
-        let part = VISIBLE / s.signature.strength();
-        // Another magnitude may look up to some times better, not more.
-        if is_continuous(candidate) && part < 0.5 && score(s) > RIVAL * highest {
-            let side =
-                if candidate.effect.sign == Sign::Either { s.signature.score(y).signum() } else { 1.0 };
-            let m = side * part.max(0.02);
-            runs.push((k, m, setup.submit(x, &[(candidate, m)], false, Priority::Speculative)));
-        }
-    }
-    for (k, m, runs) in runs {
-        let Some(forces) = Setup::computable_forces_mn(&runs)? else { continue };
-        let change = forces.iter().zip(plain).map(|(f, p)| (f - p) / m);
-        let change_mn = DVector::from_iterator(plain.len(), change);
-        let small = fit.signature(whitening, &change_mn);
-        let s = &mut screened[k];
-        let candidate = &candidates[s.candidate];
-        if candidate.one_sided(small.score(y)) > candidate.one_sided(s.signature.score(y)) {
-            s.change_mn = change_mn;
-            s.other = Some(std::mem::replace(&mut s.signature, small));
-        } else {
-            s.other = Some(small);
-        }
-    }
-    Ok(())
-}
