@@ -224,6 +224,12 @@ impl Fit {
         &self.solution.x[self.parameters..]
     }
 
+    /// chi^2 without what the size of the magnitudes adds to it: how well the data are met.
+    pub fn misfit(&self) -> f64 {
+        let sizes = self.prior.residual(&self.solution.x);
+        self.solution.chi_square - sizes.iter().skip(self.parameters).map(|size| size * size).sum::<f64>()
+    }
+
     /// Standard deviations of the magnitudes.
     pub fn magnitude_deviations(&self) -> Vec<f64> {
         let square = self.linear.design.tr_mul(&self.linear.design);

@@ -235,7 +235,7 @@ fn alike(screened: &[Screened], a: usize, b: usize) -> bool {
     }
 }
 
-/// Candidates that were not refitted but look like the leader, and have as much evidence by their signatures.
+/// Candidates that were not refitted but look like the leader, and would meet the data as well by their signatures.
 fn mates(
     candidates: &[Candidate],
     screened: &[Screened],
@@ -243,11 +243,12 @@ fn mates(
     residual: &DVector<f64>,
     leader: usize,
 ) -> Vec<usize> {
-    let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, residual);
-    let Some(own) = screened.iter().find(|s| s.candidate == leader).map(evidence) else { return vec![] };
+    let gain = |s: &Screened| s.signature.score(residual).powi(2);
+    let Some(own) = screened.iter().find(|s| s.candidate == leader).map(gain) else { return vec![] };
     let is_mate = |s: &&Screened| {
         let refitted = refits.iter().any(|r| r.members == [s.candidate]);
-        !refitted && alike(screened, leader, s.candidate) && own - evidence(s) < DECISIVE
+        let promises = linear_evidence(&candidates[s.candidate], &s.signature, residual) > 0.0;
+        !refitted && promises && alike(screened, leader, s.candidate) && own - gain(s) < DECISIVE
     };
     screened.iter().filter(is_mate).map(|s| s.candidate).collect()
 }

@@ -9,7 +9,7 @@ use super::result::Kind;
 
 /// Family-wise probability below which there is a gap.
 pub const SIGNIFICANT: f64 = 0.05;
-/// Twice the log evidence by which a model must lead for the others to be left out of the answer.
+/// Twice the log evidence, or chi^2, by which a model must lead for the others to be left out of the answer.
 pub const DECISIVE: f64 = 6.0;
 /// An effect of a smaller part of its plausible scale is no gap that matters.
 const NEGLIGIBLE: f64 = 0.1;
@@ -38,7 +38,7 @@ pub struct Evidence<'a> {
     pub alike: &'a dyn Fn(usize, usize) -> bool,
     /// Whether two candidates are forms of one effect.
     pub same: &'a dyn Fn(usize, usize) -> bool,
-    /// Candidates that were not refitted, look like this one and have as much evidence by their signatures.
+    /// Candidates that were not refitted, look like this one and would meet the data as well by their signatures.
     pub mates: &'a dyn Fn(usize) -> Vec<usize>,
     /// Whether the held-out data accept a model; `None` where they cannot tell.
     pub accepted: &'a dyn Fn(&Refit) -> Option<bool>,
@@ -118,8 +118,11 @@ pub fn decide(e: &Evidence) -> Decision {
     let leader = refit.members[0];
     let rival = |k: &usize| {
         let r = &e.refits[*k];
+        let is_alike = (e.alike)(leader, r.members[0]);
         let near = weights[best] - weights[*k] < DECISIVE;
-        r.members.len() == 1 && *k != best && near && (explains(r) || (e.alike)(leader, r.members[0]))
+        // What size an effect may have is a matter of opinion: one that looks the same and meets the data as well stays in the group.
+        let as_good = is_alike && r.fit.misfit() - refit.fit.misfit() < DECISIVE;
+        r.members.len() == 1 && *k != best && (as_good || near && (explains(r) || is_alike))
     };
     let rivals: Vec<usize> = order.iter().copied().filter(rival).collect();
     let mut members = vec![leader];

@@ -69,6 +69,20 @@ fn near_rivals_are_a_group_and_far_ones_are_not() {
     assert_eq!((d.kind, d.members), (Kind::Group, vec![1, 2]));
 }
 
+/// A rival of an unlikely size that meets the data as well stays in the group, as the last; one that meets them worse does not.
+#[test]
+fn a_size_that_nobody_expects_leaves_an_effect_in_its_group() {
+    let sized = |size: f64, chi_square: f64| {
+        let mut found = refit(2, 5.0);
+        // A size of 6 at a prior deviation of 2 adds 9 to chi^2.
+        (found.fit.solution.x, found.fit.solution.chi_square) = (vec![size], chi_square);
+        let d = decided(&[refit(1, 20.0), found], &[], 0.0, 0.0);
+        (d.kind, d.members)
+    };
+    assert_eq!(sized(6.0, 10.0), (Kind::Group, vec![1, 2]));
+    assert_eq!(sized(1.0, 10.0), (Kind::Effect, vec![1]));
+}
+
 /// The forms of an effect, refitted or not, are named once.
 #[test]
 fn an_effect_is_named_once() {
