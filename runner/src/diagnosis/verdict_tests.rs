@@ -13,7 +13,8 @@ use nalgebra::{DMatrix, DVector};
 /// A single effect of magnitude 1 that leaves noise, with this much evidence.
 fn refit(candidate: usize, evidence: f64) -> Refit {
     let (none, one) = (DVector::zeros(1), DMatrix::from_element(1, 1, 1.0));
-    let solution = Solution::at_once(vec![1.0], vec![1.0], one.clone());
+    let mut solution = Solution::at_once(vec![1.0], vec![1.0], one.clone());
+    solution.chi_square = 100.0 - evidence;
     let fit = Fit {
         solution,
         linear: Linearised::new(DMatrix::from_element(2, 1, 1.0), &DVector::zeros(2)),
@@ -79,8 +80,8 @@ fn a_size_that_nobody_expects_leaves_an_effect_in_its_group() {
         let d = decided(&[refit(1, 20.0), found], &[], 0.0, 0.0);
         (d.kind, d.members)
     };
-    assert_eq!(sized(6.0, 10.0), (Kind::Group, vec![1, 2]));
-    assert_eq!(sized(1.0, 10.0), (Kind::Effect, vec![1]));
+    assert_eq!(sized(6.0, 89.0), (Kind::Group, vec![1, 2]));
+    assert_eq!(sized(1.0, 89.0), (Kind::Effect, vec![1]));
 }
 
 /// The forms of an effect, refitted or not, are named once.
