@@ -58,7 +58,7 @@ pub fn sum_by_key<'a, K: Ord>(
 /// Time since touch that the first knot stands for (s).
 const FIRST_S: f64 = 1e-2;
 
-/// The error of the simulation: [`errors_after_kinks`] of the computed force (mN).
+/// The error of the simulation: independent errors after each kink, as parts of the computed force (mN).
 pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
     errors_after_kinks(observation, force_mn, RELATIVE, "simulation")
         .map(|c| Common { relative: true, ..c })
