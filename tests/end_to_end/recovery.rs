@@ -102,11 +102,15 @@ fn diagnosed(then: Then, all: &[&str], tests: &[&[&str]], reading: Reading) -> (
     (succeed(&arguments), json(&d.path().join("diagnosis.json")))
 }
 
+/// The effects of the verdict, best first.
+fn named(found: &Value) -> Vec<&str> {
+    found["verdict"]["effects"].as_array().unwrap().iter().filter_map(|e| e.as_str()).collect()
+}
+
 /// Diagnoses tests with an effect; `size` is the magnitude that was put in, in plausible scales, where the effect has one.
 fn recovers(effect: &str, size: Option<f64>, then: Then, all: &[&str], tests: &[&[&str]]) {
     let (printed, found) = diagnosed(then, all, tests, |_, force_mn| force_mn);
-    let named: Vec<&str> =
-        found["verdict"]["effects"].as_array().unwrap().iter().filter_map(|e| e.as_str()).collect();
+    let named = named(&found);
     assert!(named.len() <= 3 && named.iter().any(|n| n.starts_with(effect)), "{printed}");
     let Some(size) = size else { return };
     let is_it = |m: &&Value| m["effects"].as_array().is_some_and(|e| e.len() == 1 && e[0] == named[0]);
@@ -237,15 +241,13 @@ fn traction() {
     recovers("discretisation", None, Then::Hold, &[], &[&["effect.discretisation.traction=true"]]);
 }
 
-/// Goal: of two effects both are named. Set-up: as the others, with a lag of 0.1 s and a surface that is 60 um higher; what each of
-/// them would be taken for alone is in the screening.
+/// Goal: of two effects both are named. Set-up: as the others, with a lag of 0.1 s and a surface that is 60 um higher.
 #[test]
 fn a_pair() {
     let both = ["effect.load_cell_lag.time=0.1", "effect.offset.height=6e-5"];
     let (printed, found) = diagnosed(Then::Hold, &[], &[&both], |_, force_mn| force_mn);
     assert_eq!(found["verdict"]["kind"], "pair", "{printed}");
-    let mut named: Vec<&str> =
-        found["verdict"]["effects"].as_array().unwrap().iter().filter_map(|e| e.as_str()).collect();
+    let mut named = named(&found);
     named.sort_unstable();
     assert_eq!(named, ["load_cell_lag", "offset"], "{printed}");
 }

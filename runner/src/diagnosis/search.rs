@@ -11,7 +11,7 @@ use super::confirming::{Refit, excess, refit};
 use super::diagnose::{DiagnosisError, linear_evidence};
 use super::effect::Candidate;
 use super::problem::Setup;
-use super::screening::{Linearised, Screened, Screening};
+use super::screening::{Linearised, Screened, Screening, Signature};
 use super::something_else::SomethingElse;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::noise::{Covariance, form_errors};
@@ -80,7 +80,7 @@ impl Search<'_> {
     ) -> Result<Vec<Refit>, DiagnosisError> {
         let plain = self.plain;
         let promises: Vec<Promise> =
-            leaders.iter().map(|s| self.promise(s, &plain.covariance, &plain.linear)).collect();
+            leaders.iter().map(|s| self.promise(s.candidate, &s.signature, &plain.linear)).collect();
         // The first is refitted in any case: its signature is that of a finite magnitude, not of the best one.
         let promising = promises.iter().enumerate().filter(|(k, p)| *k == 0 || p.evidence > 0.0);
         let chosen: Vec<&Promise> = promising.map(|(_, p)| p).take(TRIED).collect();
@@ -137,15 +137,14 @@ impl Search<'_> {
         }
     }
 
-    /// What a signature promises around a linearised model.
-    fn promise(&self, s: &Screened, covariance: &Covariance, linear: &Linearised) -> Promise {
-        let signature = linear.signature(covariance, &s.change_mn);
+    /// What a signature promises around the linearised model that it belongs to.
+    fn promise(&self, candidate: usize, signature: &Signature, linear: &Linearised) -> Promise {
         let rest = &linear.residual;
         Promise {
-            candidate: s.candidate,
+            candidate,
             magnitude: signature.magnitude(rest).0,
             gain: signature.score(rest).powi(2),
-            evidence: linear_evidence(&self.candidates[s.candidate], &signature, rest),
+            evidence: linear_evidence(&self.candidates[candidate], signature, rest),
         }
     }
 
@@ -158,7 +157,8 @@ impl Search<'_> {
             Tangent::at(self.setup, &[], self.covariance, &self.plain.prior, start)?;
         let missed = excess(self.plain);
         let promise = |s: &&Screened| {
-            let promise = self.promise(s, &covariance, &linear);
+            let signature = linear.signature(&covariance, &s.change_mn);
+            let promise = self.promise(s.candidate, &signature, &linear);
             // More than the whole gap cannot be gained.
             Promise { gain: promise.gain.min(missed), ..promise }
         };
@@ -190,7 +190,7 @@ impl Search<'_> {
             whitening: &covariance,
         };
         let (screened, _) = screening.screen(others.map(|s| s.candidate))?;
-        let in_rest = screened.iter().map(|s| self.promise(s, &covariance, &linear));
+        let in_rest = screened.iter().map(|s| self.promise(s.candidate, &s.signature, &linear));
         let best = in_rest.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         Ok(best.filter(|p| p.evidence > PAIR_GAIN))
     }

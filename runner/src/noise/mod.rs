@@ -40,13 +40,7 @@ pub struct NoiseModel {
 /// ([`Covariance::at`]). Otherwise a fit could shrink its own misfit: with an error of shape `h f` and `u` of it,
 /// `f - u h f - c g = c (f - g)` for `c = 1 - u h`, so a model of half the height misses by half (Peelle's puzzle).
 pub fn noise_model(observations: &[Observation], reference_mn: &[f64], refined: Vec<Common>) -> NoiseModel {
-    let mut references = Vec::new();
-    let mut rest = reference_mn;
-    for observation in observations {
-        let (first, others) = rest.split_at(observation.len());
-        references.push(DVector::from_row_slice(first));
-        rest = others;
-    }
+    let references = by_test(observations, reference_mn);
     let pairs = || observations.iter().zip(&references);
     let tests: Vec<TestNoise> = pairs().map(|(o, f)| test_noise(o, f)).collect();
     let same = observations.windows(2).all(|w| same_specimens(&w[0], &w[1])) && observations.len() > 1;
@@ -73,13 +67,23 @@ pub fn form_errors(observations: &[Observation], change_mn: &DVector<f64>, part:
     let total = change_mn.len();
     let mut before = 0;
     let mut common = Vec::new();
-    for observation in observations {
-        let own_mn = change_mn.rows(before, observation.len()).into_owned();
+    for (observation, own_mn) in observations.iter().zip(by_test(observations, change_mn.as_slice())) {
         let errors = numerical::errors_after_kinks(observation, &own_mn, part, "form");
         common.extend(errors.map(|c| embed(c, before, total)));
         before += observation.len();
     }
     common
+}
+
+/// What belongs to each test, of values at the points of all of them.
+fn by_test(observations: &[Observation], values: &[f64]) -> Vec<DVector<f64>> {
+    let mut rest = values;
+    let own = |observation: &Observation| {
+        let (first, others) = rest.split_at(observation.len());
+        rest = others;
+        DVector::from_row_slice(first)
+    };
+    observations.iter().map(own).collect()
 }
 
 /// A test's error among the points of all tests.
