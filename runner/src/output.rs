@@ -33,6 +33,14 @@ pub fn write_file(file: &Path, contents: &[u8]) -> Result<(), OutputError> {
     attempt().map_err(|e| OutputError { file: file.to_owned(), reason: reason(&e) })
 }
 
+/// Removes a folder with everything in it.
+///
+/// # Errors
+/// When it is not there, or permission is missing.
+pub fn remove_folder(folder: &Path) -> Result<(), OutputError> {
+    std::fs::remove_dir_all(folder).map_err(|e| OutputError { file: folder.to_owned(), reason: reason(&e) })
+}
+
 /// Why, with a remedy where there is a general one.
 fn reason(error: &std::io::Error) -> String {
     match error.kind() {

@@ -9,6 +9,8 @@
 use super::descriptor::{Effect, Place, linear, one_sided};
 use crate::material::branch::Relaxed;
 use crate::material::ogden::Ogden;
+use crate::material::relaxation::{apply, difference, square};
+use crate::number::{Real, closure, each};
 use crate::variables::units::PER_PASCAL;
 use crate::variables::{Variable, field, real};
 use serde::{Deserialize, Serialize};
@@ -26,12 +28,14 @@ impl Parameters {
     }
 }
 
-type Matrix = [[f64; 3]; 3];
+type Matrix<T> = [[T; 3]; 3];
 
 const MAX_ITERATIONS: usize = 100;
 /// A correction (strain) after which one more is rounding: Newton's method squares it.
 const LAST: f64 = 1e-9;
 const MIN_STEP: f64 = 1e-6;
+/// Iterations of the start along the trial strain.
+const START_ITERATIONS: usize = 2;
 
 /// The flow rule of one branch over one step.
 #[derive(Debug, Clone, Copy)]
@@ -46,131 +50,251 @@ pub(crate) struct Flow {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Linearised<T = f64> {
     /// `(k d beta/d eps + k d s/d v)^-1` [-].
-    pub inverse: [[T; 3]; 3],
+    pub inverse: Matrix<T>,
     /// `d eps / d eps_trial` [-].
-    pub slope: [[T; 3]; 3],
+    pub slope: Matrix<T>,
     /// What drives a change with the fluidity: `d eps = -inverse drive dk` (Pa).
     pub drive: [T; 3],
 }
 
+/// A strain on the way to the solution.
+#[derive(Clone, Copy)]
+struct Iterate<T> {
+    strain: [T; 3],
+    powers: [T; 3],
+    /// Strain that flows, `v`.
+    flowing: [T; 3],
+    /// `c |v| / k` and its [`ratio`].
+    argument: T,
+    ratio: T,
+    /// `k beta - ratio v`.
+    residual: [T; 3],
+    /// Square of its size.
+    square: T,
+}
+
 impl Flow {
-    /// Relaxes the deviatoric trial strain; as `Branch::relax`.
-    #[inline(never)]
-    pub fn relax(&self, spring: &Ogden, trial: &[f64; 3]) -> Option<Relaxed> {
-        let Self { k, c } = *self;
-        if k == 0.0 {
+    /// Relaxes the deviatoric trial strain, in all lanes together until the last has converged.
+    ///
+    /// # Errors
+    /// `None` where the plain iteration fails: see [`Self::relax_damped`].
+    #[inline(always)]
+    pub fn relax<T: Real>(&self, spring: &Ogden, trial: &[T; 3]) -> Option<Relaxed<T>> {
+        if self.k == 0.0 {
             // No time passes and nothing flows.
             return Some(Relaxed { strain: *trial, powers: spring.powers(trial) });
         }
-        // The solution of the linear dashpot: its stress is too large, but finite.
-        let share = 1.0 / (1.0 + k * spring.small_strain_stiffness());
-        let mut e = trial.map(|t| share * t);
-        let residual = |e: &[f64; 3]| -> ([f64; 3], [f64; 3]) {
-            let v: [f64; 3] = std::array::from_fn(|a| trial[a] - e[a]);
-            let ratio = ratio((c / k) * norm(&v));
-            let beta = spring.stress(&spring.powers(e));
-            (std::array::from_fn(|a| k * beta[a] - ratio * v[a]), v)
-        };
-        let (mut g, mut v) = residual(&e);
+        let mut now = self.start(spring, trial);
+        let (last, any) = (now.square.constant(LAST * LAST), now.square.constant(f64::INFINITY));
         for _ in 0..MAX_ITERATIONS {
-            let y = (c / k) * norm(&v);
-            let bow = rank_one(ratio(y), 1.0 / (1.0 + y * y).sqrt(), &v);
-            let inverse = inverse(&sum(&scaled(&spring.tangent(&spring.powers(&e)), k), &bow))?;
-            let de = apply(&inverse, &g);
-            let size = norm(&de);
+            let de = self.correction(spring, &now);
+            let size = square(&de);
+            if last.all_greater(size) {
+                return Some(now.moved(spring, &de));
+            }
+            let next = self.at(spring, trial, difference(&now.strain, &de));
+            // Where the solution is reached, the residual is rounding.
+            if !last.where_greater(size, any, now.square).all_greater(next.square) {
+                return None;
+            }
+            now = next;
+        }
+        None
+    }
+
+    /// The same of one trial strain with a line search.
+    ///
+    /// # Errors
+    /// `None` when the strain is too large for the exponentials.
+    #[cold]
+    #[inline(never)]
+    pub fn relax_damped(&self, spring: &Ogden, trial: &[f64; 3]) -> Option<Relaxed> {
+        let mut now = self.start(spring, trial);
+        for _ in 0..MAX_ITERATIONS {
+            let de = self.correction(spring, &now);
+            let size = square(&de).sqrt();
             if !size.is_finite() {
                 return None;
             }
-            let moved = |step: f64| std::array::from_fn(|a| e[a] - step * de[a]);
             if size <= LAST {
-                let strain = moved(1.0);
-                return Some(Relaxed { strain, powers: spring.powers(&strain) });
+                return Some(now.moved(spring, &de));
             }
             let mut step = 1.0;
-            loop {
-                let next = moved(step);
-                let (g_next, v_next) = residual(&next);
-                if norm(&g_next) < norm(&g) {
-                    (e, g, v) = (next, g_next, v_next);
-                    break;
+            now = loop {
+                let next = self.at(spring, trial, difference(&now.strain, &de.map(|x| step * x)));
+                if next.square < now.square {
+                    break next;
                 }
                 step *= 0.5;
                 if step < MIN_STEP {
                     return None;
                 }
-            }
+            };
         }
         None
     }
 
-    /// The update linearised where it ended, from the powers of the elastic stretches.
-    pub fn linearise(&self, spring: &Ogden, powers: &[f64; 3]) -> Linearised {
+    /// The solution of a linear spring, nearly: a part of the trial strain, `A s = asinh(B (1 - s))`. Newton's iteration
+    /// from the linear dashpot's part comes down to it, since the difference of both sides is convex.
+    #[inline(always)]
+    fn start<T: Real>(&self, spring: &Ogden, trial: &[T; 3]) -> Iterate<T> {
         let Self { k, c } = *self;
+        let size = square(trial).sqrt();
+        let (a, b) = (size * (c * spring.small_strain_stiffness()), size * (c / k));
+        let mut share = size.constant(1.0 / (1.0 + k * spring.small_strain_stiffness()));
+        for _ in 0..START_ITERATIONS {
+            let argument = b - b * share;
+            let fall = argument.mul_add(ratio(argument), -(a * share));
+            let slope = b / argument.mul_add(argument, one(b)).sqrt() + a;
+            share = share + fall / slope.max(size.constant(f64::MIN_POSITIVE));
+        }
+        self.at(spring, trial, each(trial, closure!(|t: T| t * share)))
+    }
+
+    #[inline(always)]
+    fn at<T: Real>(&self, spring: &Ogden, trial: &[T; 3], strain: [T; 3]) -> Iterate<T> {
+        let powers = spring.powers(&strain);
+        let beta = spring.stress(&powers);
+        let flowing = difference(trial, &strain);
+        let argument = square(&flowing).sqrt() * (self.c / self.k);
+        let ratio = ratio(argument);
+        let residual = difference(&each(&beta, closure!(|b: T| b * self.k)), &scaled(&flowing, ratio));
+        let square = square(&residual);
+        Iterate { strain, powers, flowing, argument, ratio, residual, square }
+    }
+
+    /// Newton's correction.
+    #[inline(always)]
+    fn correction<T: Real>(&self, spring: &Ogden, now: &Iterate<T>) -> [T; 3] {
+        let Iterate { powers, flowing, argument: y, ratio, residual, .. } = now;
+        let along = y.mul_add(*y, one(*y)).sqrt().recip();
+        let bow = rank_one(*ratio, along, flowing);
+        apply(&inverse(&self.system(spring, powers, &bow)), residual)
+    }
+
+    #[inline(always)]
+    fn system<T: Real>(&self, spring: &Ogden, powers: &[T; 3], bow: &Matrix<T>) -> Matrix<T> {
+        let tangent = spring.tangent(powers);
+        let row = closure!(|i: usize| {
+            let at = closure!(|j: usize| tangent[i][j] * self.k + bow[i][j]);
+            [at(0), at(1), at(2)]
+        });
+        [row(0), row(1), row(2)]
+    }
+
+    /// The update linearised where it ended, from the powers of the elastic stretches.
+    #[inline(always)]
+    pub fn linearise<T: Real>(&self, spring: &Ogden, powers: &[T; 3]) -> Linearised<T> {
         let beta = spring.stress(powers);
-        let x = c * norm(&beta);
-        let (phi, cosh) = (phi(x), x.cosh());
-        let bow = rank_one(1.0 / phi, 1.0 / cosh, &beta);
-        let system = sum(&scaled(&spring.tangent(powers), k), &bow);
-        // Positive definite: a stress beyond all numbers leaves the unit matrix.
-        let inverse = inverse(&system).unwrap_or(IDENTITY);
-        // For x beyond the range of cosh the ratio is its limit.
-        let drive = beta.map(|b| b * (x.tanh() / x.max(f64::MIN_POSITIVE)));
-        Linearised { inverse, slope: product(&inverse, &bow), drive: if x > 1e-4 { drive } else { beta } }
+        let x = square(&beta).sqrt() * self.c;
+        let Hyperbolic { phi, cosh, decline } = Hyperbolic::of(x);
+        let bow = rank_one(phi.recip(), cosh.recip(), &beta);
+        let inverse = inverse(&self.system(spring, powers, &bow));
+        Linearised { inverse, slope: product(&inverse, &bow), drive: scaled(&beta, decline) }
     }
 
     /// Factor on the rate of flow of the linear dashpot.
-    pub fn acceleration(&self, beta: &[f64; 3]) -> f64 {
-        phi(self.c * norm(beta))
+    #[inline(always)]
+    pub fn acceleration<T: Real>(&self, beta: &[T; 3]) -> T {
+        Hyperbolic::of(square(beta).sqrt() * self.c).phi
     }
 }
 
-const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-/// `asinh(y) / y`.
-fn ratio(y: f64) -> f64 {
-    if y < 1e-4 { 1.0 - y * y / 6.0 } else { y.asinh() / y }
+impl<T: Real> Iterate<T> {
+    /// The strain less a small `de`.
+    #[inline(always)]
+    fn moved(&self, spring: &Ogden, de: &[T; 3]) -> Relaxed<T> {
+        let power = closure!(|a: usize| self.powers[a] * spring.power_of_small(-de[a]));
+        Relaxed { strain: difference(&self.strain, de), powers: [power(0), power(1), power(2)] }
+    }
 }
 
-/// `sinh(x) / x`.
-fn phi(x: f64) -> f64 {
-    if x < 1e-4 { 1.0 + x * x / 6.0 } else { x.sinh() / x }
+/// Hyperbolic functions of a number that is not negative.
+struct Hyperbolic<T> {
+    /// `sinh(x) / x`.
+    phi: T,
+    cosh: T,
+    /// `tanh(x) / x`.
+    decline: T,
+}
+
+impl<T: Real> Hyperbolic<T> {
+    #[inline(always)]
+    fn of(x: T) -> Self {
+        /// Below, differences of exponentials lose digits; above, tanh is 1.
+        const SMALL: f64 = 0.1;
+        const LARGE: f64 = 20.0;
+        let (up, square) = (x.exp(), x * x);
+        let down = up.recip();
+        let cosh = (up + down) * 0.5;
+        let series = ((square * (1.0 / 72.0) + 1.0) * square * (1.0 / 42.0) + 1.0) * square * (1.0 / 20.0) + 1.0;
+        let series = series * square * (1.0 / 6.0) + 1.0;
+        let small = x.constant(SMALL);
+        let phi = small.where_greater(x, series, (up - down) * 0.5 / x);
+        Self { phi, cosh, decline: x.where_greater(x.constant(LARGE), x.recip(), phi / cosh) }
+    }
+}
+
+/// `asinh(y) / y`.
+#[inline(always)]
+fn ratio<T: Real>(y: T) -> T {
+    /// Below, the logarithm is that of nearly 1.
+    const SMALL: f64 = 0.02;
+    let square = y * y;
+    let series = ((square * (-15.0 / 336.0) + 3.0 / 40.0) * square - 1.0 / 6.0) * square + 1.0;
+    let asinh = ((square + 1.0).sqrt() + y).ln();
+    y.constant(SMALL).where_greater(y, series, asinh / y)
 }
 
 /// `across (I - n n) + along n n`, n the direction of `v`.
-fn rank_one(across: f64, along: f64, v: &[f64; 3]) -> Matrix {
-    let square = v.iter().map(|x| x * x).sum::<f64>();
-    let factor = if square > 0.0 { (along - across) / square } else { 0.0 };
-    std::array::from_fn(|i| std::array::from_fn(|j| across * IDENTITY[i][j] + factor * v[i] * v[j]))
+#[inline(always)]
+fn rank_one<T: Real>(across: T, along: T, v: &[T; 3]) -> Matrix<T> {
+    let (square, zero) = (square(v), across.constant(0.0));
+    let factor = square.where_greater(zero, (along - across) / square, zero);
+    let row = closure!(|i: usize| {
+        let at = closure!(|j: usize| factor * v[i] * v[j] + if i == j { across } else { zero });
+        [at(0), at(1), at(2)]
+    });
+    [row(0), row(1), row(2)]
 }
 
-fn norm(v: &[f64; 3]) -> f64 {
-    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+#[inline(always)]
+fn one<T: Real>(like: T) -> T {
+    like.constant(1.0)
 }
 
-fn apply(m: &Matrix, v: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2])
+#[inline(always)]
+fn scaled<T: Real>(v: &[T; 3], factor: T) -> [T; 3] {
+    each(v, closure!(|x: T| x * factor))
 }
 
-fn scaled(m: &Matrix, factor: f64) -> Matrix {
-    m.map(|row| row.map(|x| factor * x))
+#[inline(always)]
+fn product<T: Real>(a: &Matrix<T>, b: &Matrix<T>) -> Matrix<T> {
+    let row = closure!(|a_i: [T; 3]| {
+        let at = closure!(|j: usize| a_i[0] * b[0][j] + a_i[1] * b[1][j] + a_i[2] * b[2][j]);
+        [at(0), at(1), at(2)]
+    });
+    each(a, row)
 }
 
-fn sum(a: &Matrix, b: &Matrix) -> Matrix {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
-}
-
-fn product(a: &Matrix, b: &Matrix) -> Matrix {
-    std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|m| a[i][m] * b[m][j]).sum()))
-}
-
-fn inverse(m: &Matrix) -> Option<Matrix> {
-    let minor = |i: usize, j: usize| {
+/// The inverse of a positive definite matrix; a stress beyond all numbers leaves the unit matrix.
+#[inline(always)]
+fn inverse<T: Real>(m: &Matrix<T>) -> Matrix<T> {
+    let minor = closure!(|i: usize, j: usize| {
         let (a, b, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
         m[a][c] * m[b][d] - m[a][d] * m[b][c]
-    };
-    let determinant: f64 = (0..3).map(|j| m[0][j] * minor(0, j)).sum();
-    (determinant > 0.0 && determinant.is_finite())
-        .then(|| std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant)))
+    });
+    let determinant = m[0][0] * minor(0, 0) + m[0][1] * minor(0, 1) + m[0][2] * minor(0, 2);
+    let (zero, largest) = (determinant.constant(0.0), determinant.constant(f64::MAX));
+    let row = closure!(|i: usize| {
+        let at = closure!(|j: usize| {
+            let unit = determinant.constant(if i == j { 1.0 } else { 0.0 });
+            let entry = determinant.where_greater(zero, minor(j, i) / determinant, unit);
+            determinant.where_greater(largest, unit, entry)
+        });
+        [at(0), at(1), at(2)]
+    });
+    [row(0), row(1), row(2)]
 }
 
 pub(super) const VARIABLES: &[Variable] = &[real(
@@ -214,18 +338,51 @@ mod tests {
             for dt in [1e-6, 1e-2, 1.0, 1e4] {
                 for tau_0 in [1e-1, 1e2, 1e6] {
                     let flow = Flow { k: dt / 101.2, c: std::f64::consts::FRAC_1_SQRT_2 / tau_0 };
-                    let relaxed = flow.relax(&spring(), &trial).unwrap();
-                    let beta = spring().stress(&spring().powers(&relaxed.strain));
-                    let v: [f64; 3] = std::array::from_fn(|a| trial[a] - relaxed.strain[a]);
-                    // The inverse form, which has no large numbers.
-                    let ratio = ratio(flow.c / flow.k * norm(&v));
-                    for a in 0..3 {
-                        let error = flow.k * beta[a] - ratio * v[a];
-                        assert!(error.abs() < 1e-12 * (1.0 + dt), "{trial:?} {dt} {tau_0}: {error:e}");
+                    let plain = flow.relax(&spring(), &trial);
+                    for relaxed in plain.into_iter().chain(flow.relax_damped(&spring(), &trial)) {
+                        let beta = spring().stress(&spring().powers(&relaxed.strain));
+                        let v = difference(&trial, &relaxed.strain);
+                        // The inverse form, which has no large numbers.
+                        let argument = flow.c / flow.k * square(&v).sqrt();
+                        let ratio = if argument > 0.0 { argument.asinh() / argument } else { 1.0 };
+                        for a in 0..3 {
+                            let error = flow.k * beta[a] - ratio * v[a];
+                            assert!(error.abs() < 1e-12 * (1.0 + dt), "{trial:?} {dt} {tau_0}: {error:e}");
+                        }
                     }
+                    assert!(flow.relax_damped(&spring(), &trial).is_some(), "{trial:?} {dt} {tau_0}");
                 }
             }
         }
+    }
+
+    /// The line search is for the rare: strains and steps of indentation need none.
+    #[test]
+    fn plain_iteration_is_enough_for_soft_samples() {
+        for tau_0 in [10.0, 200.0, 1e4] {
+            for dt in [1e-3, 0.1, 10.0] {
+                for size in [1e-6, 0.01, 0.1, 0.3, 0.6] {
+                    let flow = Flow { k: dt / 101.2, c: std::f64::consts::FRAC_1_SQRT_2 / tau_0 };
+                    let trial = [size, -0.3 * size, -0.7 * size];
+                    assert!(flow.relax(&spring(), &trial).is_some(), "{tau_0} {dt} {size}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn hyperbolic_functions_are_the_librarys() {
+        for x in [1e-12, 1e-3, 0.0999, 0.1001, 1.0, 19.9, 20.1, 300.0] {
+            let Hyperbolic { phi, cosh, decline } = Hyperbolic::of(x);
+            approx::assert_relative_eq!(phi, x.sinh() / x, max_relative = 4e-15);
+            approx::assert_relative_eq!(cosh, x.cosh(), max_relative = 4e-15);
+            approx::assert_relative_eq!(decline, x.tanh() / x, max_relative = 4e-15);
+            approx::assert_relative_eq!(ratio(x), x.asinh() / x, max_relative = 1e-14);
+        }
+        let Hyperbolic { phi, cosh, decline } = Hyperbolic::of(0.0);
+        assert_eq!((phi, cosh, decline, ratio(0.0)), (1.0, 1.0, 1.0, 1.0));
+        let beyond = Hyperbolic::of(1e3);
+        assert_eq!((beyond.phi.recip(), beyond.cosh.recip(), beyond.decline), (0.0, 0.0, 1e-3));
     }
 
     #[test]

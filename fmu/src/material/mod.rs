@@ -11,7 +11,7 @@ pub mod darcy;
 pub mod ogden;
 pub mod parameter;
 pub mod point;
-mod relaxation;
+pub(crate) mod relaxation;
 pub mod sensitivity;
 pub mod spectral;
 pub mod volumetric;

@@ -108,12 +108,13 @@ impl<T: Real> Relaxation<T> {
 
 /// `m v`.
 #[inline(always)]
-pub(super) fn apply<T: Real>(m: &[[T; 3]; 3], v: &[T; 3]) -> [T; 3] {
+pub(crate) fn apply<T: Real>(m: &[[T; 3]; 3], v: &[T; 3]) -> [T; 3] {
     each(m, closure!(|row: [T; 3]| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]))
 }
 
+/// `a - b`.
 #[inline(always)]
-fn difference<T: Real>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
+pub(crate) fn difference<T: Real>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
@@ -125,6 +126,6 @@ pub(super) fn sum<T: Real>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
 
 /// Square of the size.
 #[inline(always)]
-pub(super) fn square<T: Real>(v: &[T; 3]) -> T {
+pub(crate) fn square<T: Real>(v: &[T; 3]) -> T {
     v[0].mul_add(v[0], v[1].mul_add(v[1], v[2] * v[2]))
 }

@@ -35,6 +35,16 @@ pub struct Solution {
     pub truth_mn: Vec<Vec<f64>>,
 }
 
+/// A cause of a smaller score is taken as not to be seen.
+pub const VISIBLE: f64 = 6.0;
+
+impl Solution {
+    /// Whether each cause, of at least one, can be seen by itself.
+    pub fn is_visible(&self) -> bool {
+        !self.visibility.is_empty() && self.visibility.iter().all(|z| *z >= VISIBLE)
+    }
+}
+
 /// A key that cannot be used.
 #[derive(Debug, Error)]
 pub enum KeyError {

@@ -9,7 +9,7 @@ use crate::data::{DataError, SpecimenFiles, Wanted};
 use crate::engine::Engine;
 use crate::fit::EvaluationFailure;
 use crate::objective::{DatasetError, ParameterError};
-use crate::output::{OutputError, write_file};
+use crate::output::{OutputError, remove_folder, write_file};
 use crate::pool::RunFailure;
 use poropunch::protocol::ProtocolError;
 use std::collections::BTreeMap;
@@ -43,6 +43,9 @@ pub enum MakeError {
     /// The key.
     #[error("the key cannot be written: {0}")]
     Json(#[from] serde_json::Error),
+    /// No draw of a case was visible.
+    #[error("case {0}: none of {VISIBLE_ATTEMPTS} draws can be seen; try another seed, or more cycles")]
+    Invisible(usize),
 }
 
 /// What is made.
@@ -54,6 +57,8 @@ pub struct Plan<'a> {
     pub cases: usize,
     /// Their kinds; all where none is given.
     pub kinds: &'a [Kind],
+    /// Whether single effects and pairs are drawn again until each cause can be seen.
+    pub visible: bool,
     /// Cycles of each test.
     pub cycles: i32,
     /// The maker's mesh and time steps.
@@ -64,8 +69,10 @@ pub struct Plan<'a> {
     pub key: &'a Path,
 }
 
-/// Times that a case is drawn again before the maker gives up.
+/// Times that a case which cannot be simulated is drawn again before the maker gives up.
 const ATTEMPTS: u64 = 8;
+/// Times that one is drawn whose causes should be visible: of pairs, one in thirteen is.
+const VISIBLE_ATTEMPTS: u64 = 100;
 
 /// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the key, and its hash beside the cases.
 ///
@@ -76,25 +83,41 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
     let mut cases = Vec::new();
     for (number, drawn) in draw(plan.seed, plan.cases, plan.kinds).into_iter().enumerate() {
         say(format!("case {} of {}", number + 1, plan.cases));
-        let mut made = one(engine, plan, &tests, drawn.clone());
-        // Some materials and causes together are beyond what the mesh can follow.
-        for attempt in 1..=ATTEMPTS {
-            if !matches!(
-                made,
-                Err(MakeError::Run(RunFailure::Model(_))
-                    | MakeError::Evaluation(EvaluationFailure::Failed(_)))
-            ) {
-                break;
+        let chosen = plan.visible && matches!(drawn.kind, Kind::Single | Kind::Pair);
+        let attempts = if chosen { VISIBLE_ATTEMPTS } else { 1 };
+        // Draws of one case are apart from each other's further ones.
+        let mut draws =
+            (0..attempts).map(|k| if k == 0 { drawn.clone() } else { again(&drawn, k * (ATTEMPTS + 1)) });
+        let solution = loop {
+            let Some(drawn) = draws.next() else { return Err(MakeError::Invisible(number + 1)) };
+            let solution = computable(engine, plan, &tests, &drawn)?;
+            if !chosen || solution.is_visible() {
+                break solution;
             }
-            made = one(engine, plan, &tests, again(&drawn, attempt));
-        }
-        cases.push(made?);
+            remove_folder(&plan.out.join("cases").join(&solution.drawn.id))?;
+        };
+        cases.push(solution);
     }
     let key = Key { schema: "poropunch.challenge/1".to_owned(), seed: plan.seed, cycles: plan.cycles, cases };
     let bytes = serde_json::to_vec(&key)?;
     write_file(plan.key, &bytes)?;
     write_file(&plan.out.join(SEAL), format!("{}\n", hash(&bytes)).as_bytes())?;
     Ok(())
+}
+
+/// The case, or another one of its kind where some material and causes together are beyond what the mesh can follow.
+fn computable(engine: &Engine, plan: &Plan, tests: &[Test; 2], drawn: &Drawn) -> Result<Solution, MakeError> {
+    let mut made = one(engine, plan, tests, drawn.clone());
+    for attempt in 1..=ATTEMPTS {
+        if !matches!(
+            made,
+            Err(MakeError::Run(RunFailure::Model(_)) | MakeError::Evaluation(EvaluationFailure::Failed(_)))
+        ) {
+            break;
+        }
+        made = one(engine, plan, tests, again(drawn, attempt));
+    }
+    made
 }
 
 fn one(engine: &Engine, plan: &Plan, tests: &[Test; 2], drawn: Drawn) -> Result<Solution, MakeError> {

@@ -7,8 +7,6 @@ use super::specimens::shared_height;
 use crate::diagnosis::result::{Diagnosis, Kind};
 use serde::Serialize;
 
-/// A cause of a smaller score is taken as not to be seen.
-pub const VISIBLE: f64 = 6.0;
 /// Largest group that is an answer.
 const LARGEST_GROUP: usize = 3;
 
@@ -132,10 +130,6 @@ fn accuses(answer: &Answer) -> bool {
     matches!(answer.kind, Kind::Effect | Kind::Group | Kind::Pair)
 }
 
-fn is_visible(solution: &Solution) -> bool {
-    !solution.visibility.is_empty() && solution.visibility.iter().all(|z| *z >= VISIBLE)
-}
-
 fn is_right(solution: &Solution, answer: &Answer) -> bool {
     let names = |effect: &String| answer.families.contains(effect);
     match solution.drawn.kind {
@@ -145,11 +139,11 @@ fn is_right(solution: &Solution, answer: &Answer) -> bool {
             solution.effects.iter().all(names) && answer.families.len() <= LARGEST_GROUP
         }
         // To accuse nothing is right only of what cannot be seen.
-        CaseKind::Single | CaseKind::Weak => !is_visible(solution),
+        CaseKind::Single | CaseKind::Weak => !solution.is_visible(),
         CaseKind::Pair => {
             let found = solution.effects.iter().filter(|e| names(e)).count();
             // Of a pair of which one is too weak to see, the other is a right answer.
-            if is_visible(solution) { found == 2 } else { !accuses(answer) || found > 0 }
+            if solution.is_visible() { found == 2 } else { !accuses(answer) || found > 0 }
         }
     }
 }
@@ -157,14 +151,14 @@ fn is_right(solution: &Solution, answer: &Answer) -> bool {
 fn scores(answers: &[(&Solution, Answer)]) -> Scores {
     let of = |kind: &'static [CaseKind]| answers.iter().filter(move |(s, _)| kind.contains(&s.drawn.kind));
     let single = || of(&[CaseKind::Single, CaseKind::Weak]);
-    let visible = || single().filter(|(s, _)| is_visible(s));
-    let weak = single().filter(|(s, _)| !is_visible(s));
+    let visible = || single().filter(|(s, _)| s.is_visible());
+    let weak = single().filter(|(s, _)| !s.is_visible());
     let first = |(s, a): &(&Solution, Answer)| accuses(a) && a.families.first() == s.effects.first();
     let groups: Vec<f64> =
         answers.iter().filter(|(_, a)| accuses(a)).map(|(_, a)| a.families.len() as f64).collect();
     let covered = |(s, a): &(&Solution, Answer)| {
         let ((_, low, high), truth) = (a.shrinkage?, a.true_shrinkage?);
-        (is_visible(s) && a.families.first() == s.effects.first()).then_some(truth >= low && truth <= high)
+        (s.is_visible() && a.families.first() == s.effects.first()).then_some(truth >= low && truth <= high)
     };
     Scores {
         false_accusations: Share::of(of(&[CaseKind::Null]).map(|(_, a)| a.kind != Kind::NoGap)),
@@ -173,7 +167,7 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
         group_size: groups.iter().sum::<f64>() / groups.len().max(1) as f64,
         outside: Share::of(of(&[CaseKind::Outside]).map(|(_, a)| !accuses(a))),
         weak: Share::of(weak.map(|(s, a)| is_right(s, a))),
-        pairs: Share::of(of(&[CaseKind::Pair]).filter(|(s, _)| is_visible(s)).map(|(s, a)| is_right(s, a))),
+        pairs: Share::of(of(&[CaseKind::Pair]).filter(|(s, _)| s.is_visible()).map(|(s, a)| is_right(s, a))),
         coverage: Share::of(answers.iter().filter_map(covered)),
         calibration: calibration(answers),
     }

@@ -46,6 +46,9 @@ struct Make {
     /// Only these kinds of cases, as often as among all of them [default: all]
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     kinds: Vec<Kind>,
+    /// Draw single effects and pairs again until each effect can be seen by itself
+    #[arg(long)]
+    visible: bool,
     /// Cycles of each test; one ends with its hold
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(i32).range(1..=12))]
     cycles: i32,
@@ -113,6 +116,7 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
         seed: arguments.seed,
         cases: arguments.cases,
         kinds: &arguments.kinds,
+        visible: arguments.visible,
         cycles: arguments.cycles,
         numerics: settings_from(engine.wiring(), &settings)?,
         out: &arguments.out,

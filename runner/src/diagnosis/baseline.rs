@@ -67,8 +67,8 @@ pub struct FitPlan {
     pub starts: Vec<Vec<f64>>,
     /// Largest number of evaluations per start.
     pub evaluations: usize,
-    /// A rough fit with this chi^2 is as good as was promised: no further start is tried.
-    pub promised: f64,
+    /// With a rough fit of this chi^2 no further start is tried.
+    pub content: f64,
 }
 
 /// Normal prior of the parameters: centred where the search starts, as wide as a quarter of the bounds.
@@ -76,6 +76,39 @@ pub fn parameter_prior(setup: Setup) -> Prior {
     let (lower, upper) = setup.parameters.bounds();
     let width = |(l, u): (&f64, &f64)| (u - l) / BOUNDS_IN_DEVIATIONS;
     Prior { mean: setup.parameters.start().to_vec(), deviation: lower.iter().zip(upper).map(width).collect() }
+}
+
+/// The same, and that of the magnitudes of `active`.
+fn prior(setup: Setup, active: &[&Candidate]) -> Prior {
+    let free = active.iter().filter(|c| is_continuous(c));
+    free.fold(parameter_prior(setup), |prior, _| prior.with(0.0, PRIOR_DEVIATION))
+}
+
+/// What a fit makes small.
+fn problem<'a>(
+    setup: Setup<'a>,
+    active: &[&'a Candidate],
+    covariance: &'a Covariance,
+) -> SharedErrors<'a, EffectProblem<'a>, Covariance> {
+    let measured = DVector::from_vec(setup.measured_mn());
+    SharedErrors::new(EffectProblem::new(setup, active), covariance, measured, prior(setup, active))
+}
+
+/// chi^2 with parameters and magnitudes `x`; `None` where the model cannot be computed.
+///
+/// # Errors
+/// When the user asked to stop.
+pub fn chi_square(
+    setup: Setup,
+    active: &[&Candidate],
+    covariance: &Covariance,
+    x: &[f64],
+) -> Result<Option<f64>, EvaluationFailure> {
+    match problem(setup, active, covariance).residual(x) {
+        Ok(residual) => Ok(Some(residual.iter().map(|r| r * r).sum())),
+        Err(EvaluationFailure::Failed(_)) => Ok(None),
+        Err(stop) => Err(stop),
+    }
 }
 
 /// Fits parameters and the magnitudes of `active` (normal before, see [`PRIOR_DEVIATION`]).
@@ -89,12 +122,9 @@ pub fn fit(
     plan: &FitPlan,
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Fit, FitFailure> {
-    let inner = EffectProblem::new(setup, active);
-    let bounds = inner.bounds()?;
-    let free = active.iter().filter(|c| is_continuous(c));
-    let prior = free.fold(parameter_prior(setup), |prior, _| prior.with(0.0, PRIOR_DEVIATION));
-    let measured = DVector::from_vec(setup.measured_mn());
-    let mut problem = SharedErrors::new(inner, covariance, measured, prior.clone());
+    let bounds = EffectProblem::new(setup, active).bounds()?;
+    let prior = prior(setup, active);
+    let mut problem = problem(setup, active, covariance);
     let mut watch = |record: &IterationRecord| {
         observe(record);
         if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -115,7 +145,7 @@ pub fn fit(
     let mut solution: Option<Solution> = None;
     let mut failure = None;
     let points = setup.measured_mn().len() as f64;
-    let enough = plan.promised.max(ENOUGH * points);
+    let enough = plan.content.max(ENOUGH * points);
     for start in &plan.starts {
         if solution.as_ref().is_some_and(|s| s.chi_square < enough) {
             break;

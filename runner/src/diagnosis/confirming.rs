@@ -45,34 +45,27 @@ impl Refit {
 /// A rest of the gap below this part, in units of the noise, is a matter of the effect's form.
 const REST: f64 = 0.35;
 
-/// Part of the promised gain with which a refit from one start is content.
-const KEPT: f64 = 0.8;
+/// Distance of a start from a bound.
+const INSIDE: f64 = 0.02;
 
 /// Refits with the candidates `members`, starting at `from` (variables of the parameters) and expected magnitudes: the
-/// next start is tried only where the one before does not keep what the signatures promise, a fall of chi^2 by `promised`.
+/// next start is tried only where the one before does not reach a chi^2 of `content`.
 ///
 /// # Errors
 /// When the model fails with these effects, or the user asked to stop.
 pub fn refit(
     search: &Search,
     members: &[(usize, f64)],
-    promised: f64,
+    content: f64,
     from: &[&[f64]],
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
-    let &Search { setup, candidates, plain, gap, covariance, evaluations } = search;
+    let &Search { setup, candidates, plain, gap, covariance, evaluations, .. } = search;
     let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
     let mut starts: Vec<Vec<f64>> = from.iter().map(|start| start.to_vec()).collect();
-    for ((_, magnitude), candidate) in members.iter().zip(&active) {
-        if is_continuous(candidate) {
-            let (low, high) = candidate.range();
-            // Inside the range: the optimiser cannot leave a bound on which it starts.
-            let inside = magnitude.clamp(low + 0.02, high - 0.02);
-            starts.iter_mut().for_each(|start| start.push(inside));
-        }
-    }
-    let promised = plain.solution.chi_square - KEPT * promised;
-    let plan = FitPlan { starts, evaluations, promised };
+    let magnitudes = start_magnitudes(candidates, members);
+    starts.iter_mut().for_each(|start| start.extend(&magnitudes));
+    let plan = FitPlan { starts, evaluations, content };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let evidence = found.evidence(&active) - plain.evidence(&[]);
     let gain = plain.solution.chi_square - found.solution.chi_square;
@@ -84,6 +77,15 @@ pub fn refit(
     let leaves_little = is_small(remainder.explained) && is_small(excess(&found));
     let members = members.iter().map(|(k, _)| *k).collect();
     Ok(Refit { members, fit: found, evidence, gain, remainder, adequacy, leaves_little })
+}
+
+/// Where the magnitudes of a refit begin: inside their ranges, since the optimiser cannot leave a bound on which it starts.
+pub fn start_magnitudes(candidates: &[Candidate], members: &[(usize, f64)]) -> Vec<f64> {
+    let inside = |(k, magnitude): &(usize, f64)| {
+        let (low, high) = candidates[*k].range();
+        is_continuous(&candidates[*k]).then(|| magnitude.clamp(low + INSIDE, high - INSIDE))
+    };
+    members.iter().filter_map(inside).collect()
 }
 
 /// Probability under noise of the worst misfit of any phase or time scale, or of the whole chi^2: the smaller of both, family-wise.

@@ -121,8 +121,8 @@ pub fn diagnose(
         let covariance = &noise.covariance;
         let (quick, evaluations) = (effort.quick, effort.evaluations);
         let (candidates, gap) = (&candidates, &something_else);
-        let search = Search { setup, candidates, plain: &plain, gap, covariance, evaluations };
-        refits = search.run(&leaders, quick, say)?;
+        let search = Search { setup, candidates, plain: &plain, gap, covariance, evaluations, quick };
+        refits = search.run(&leaders, say)?;
     }
     let splits = splits(&observations);
     let alike = |a: usize, b: usize| alike(&screened, a, b);
@@ -182,7 +182,7 @@ fn baseline(
     let start = setup.parameters.start();
     let reference = Setup::forces_mn(&setup.submit(start, &[], true, Priority::Urgent))?;
     let noise = noise_model(setup.observations, &reference, refined(setup, start)?);
-    let plan = FitPlan { starts: vec![start.to_vec()], evaluations, promised: 0.0 };
+    let plan = FitPlan { starts: vec![start.to_vec()], evaluations, content: 0.0 };
     let mut watch = |r: &IterationRecord| {
         say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
     };

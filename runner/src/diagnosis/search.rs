@@ -6,8 +6,8 @@
 //! -> further single effects, while nothing explains the gap, in the order that their signatures have at the user's start
 //! ```
 
-use super::baseline::{Fit, FitFailure, Tangent, linearised};
-use super::confirming::{Refit, excess, refit};
+use super::baseline::{Fit, FitFailure, Tangent, chi_square, linearised};
+use super::confirming::{Refit, excess, refit, start_magnitudes};
 use super::diagnose::{DiagnosisError, linear_evidence};
 use super::effect::Candidate;
 use super::problem::Setup;
@@ -34,6 +34,13 @@ const FORM: f64 = 0.3;
 const WORTH_TRYING: f64 = 0.1;
 /// Of the leaders themselves less is asked: a signature is that of a plain fit which hides as much of the effect as it can.
 const FAINT: f64 = 1e-3;
+
+/// Part of the promised gain with which a refit from one start is content.
+const KEPT: f64 = 0.8;
+/// A second effect whose expected magnitude does harm begins at this part of it, and at this part of that, ...
+const GENTLER: f64 = 0.25;
+/// so many times.
+const GENTLER_TIMES: usize = 3;
 
 /// What an effect would do for a fit, by its signature.
 struct Promise {
@@ -65,6 +72,8 @@ pub struct Search<'a> {
     pub covariance: &'a Covariance,
     /// Largest number of evaluations of a fit.
     pub evaluations: usize,
+    /// Fewer leaders, and no second start for a refit that is better than the model without its effect.
+    pub quick: bool,
 }
 
 impl Search<'_> {
@@ -75,10 +84,9 @@ impl Search<'_> {
     pub fn run(
         &self,
         leaders: &[&Screened],
-        quick: bool,
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
-        let plain = self.plain;
+        let (plain, quick) = (self.plain, self.quick);
         let promises: Vec<Promise> =
             leaders.iter().map(|s| self.promise(s.candidate, &s.signature, &plain.linear)).collect();
         // The first is refitted in any case: its signature is that of a finite magnitude, not of the best one.
@@ -99,7 +107,12 @@ impl Search<'_> {
             if self.may_matter(rank, promise, &refits) {
                 // A rival of what explains the gap is given one start.
                 let starts = if refits.iter().any(Refit::is_enough) { &from[..1] } else { &from };
-                refits.extend(self.refit(&[promise.expected()], promise.gain, starts, say)?);
+                refits.extend(self.refit(
+                    &[promise.expected()],
+                    self.content(plain, promise.gain),
+                    starts,
+                    say,
+                )?);
             }
         }
         let best = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
@@ -110,8 +123,8 @@ impl Search<'_> {
         if let Some((best, partner)) = with_partner.filter(|(b, p)| b.gain + p.gain > WORTH_TRYING * missed) {
             let own = best.fit.magnitudes().first().copied().unwrap_or(1.0);
             let from = [best.fit.x(), self.setup.parameters.start()];
-            let members = [(best.members[0], own), partner.expected()];
-            let pair = self.refit(&members, best.gain + partner.gain, &from, say)?;
+            let members = self.gentle(best, [(best.members[0], own), partner.expected()])?;
+            let pair = self.refit(&members, self.content(&best.fit, partner.gain), &from, say)?;
             refits.extend(pair);
         }
         if !refits.iter().any(Refit::is_enough) {
@@ -120,7 +133,8 @@ impl Search<'_> {
                     break;
                 }
                 if !refits.iter().any(|r| r.members == [promise.candidate]) {
-                    refits.extend(self.refit(&[promise.expected()], promise.gain, &from, say)?);
+                    let content = self.content(plain, promise.gain);
+                    refits.extend(self.refit(&[promise.expected()], content, &from, say)?);
                 }
             }
         }
@@ -135,6 +149,12 @@ impl Search<'_> {
             Some(_) => !faint && explained.all(|r| promise.gain >= HOPELESS * r.gain),
             None => !faint && rank < FIRST,
         }
+    }
+
+    /// chi^2 of a refit that is given no further start: most of the fall below that of the fit `without` the effect that its
+    /// signature promises, or any.
+    fn content(&self, without: &Fit, promised: f64) -> f64 {
+        without.solution.chi_square - if self.quick { 0.0 } else { KEPT * promised }
     }
 
     /// What a signature promises around the linearised model that it belongs to.
@@ -195,11 +215,32 @@ impl Search<'_> {
         Ok(best.filter(|p| p.evidence > PAIR_GAIN))
     }
 
+    /// `single`'s effect and a second one of such a magnitude that the data are met no worse than without it: a signature is linear,
+    /// and what it asks for may be far beyond.
+    fn gentle(
+        &self,
+        single: &Refit,
+        [first, (second, expected)]: [(usize, f64); 2],
+    ) -> Result<[(usize, f64); 2], EvaluationFailure> {
+        let active = [&self.candidates[first.0], &self.candidates[second]];
+        let mut magnitude = expected;
+        for _ in 0..GENTLER_TIMES {
+            let mut x = single.fit.x().to_vec();
+            x.extend(start_magnitudes(self.candidates, &[first, (second, magnitude)]));
+            let there = chi_square(self.setup, &active, self.covariance, &x)?;
+            if there.is_some_and(|there| there <= single.fit.solution.chi_square) {
+                break;
+            }
+            magnitude *= GENTLER;
+        }
+        Ok([first, (second, magnitude)])
+    }
+
     /// `None` where the model cannot be computed with these effects: that is no competitor.
     fn refit(
         &self,
         members: &[(usize, f64)],
-        promised: f64,
+        content: f64,
         from: &[&[f64]],
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
@@ -208,7 +249,7 @@ impl Search<'_> {
         let mut watch = |r: &IterationRecord| {
             say(format!("with {what}, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
         };
-        match refit(self, members, promised, from, &mut watch) {
+        match refit(self, members, content, from, &mut watch) {
             Ok(found) => Ok(Some(found)),
             Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
                 Err(EvaluationFailure::Interrupted.into())
