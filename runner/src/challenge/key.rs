@@ -28,8 +28,8 @@ pub struct Solution {
     pub drawn: Drawn,
     /// Names of its causes in the catalogue; none for those outside.
     pub effects: Vec<String>,
-    /// Score that each cause has for somebody who knows its form and the true parameters: what a refit leaves of it,
-    /// in units of the noise.
+    /// Score that each cause has for somebody who knows the forms of all and the true parameters: what a refit, of a pair with the
+    /// other cause in any size, leaves of it, in units of the noise.
     pub visibility: Vec<f64>,
     /// Reading without noise, test by test (mN).
     pub truth_mn: Vec<Vec<f64>>,
@@ -39,7 +39,7 @@ pub struct Solution {
 pub const VISIBLE: f64 = 6.0;
 
 impl Solution {
-    /// Whether each cause, of at least one, can be seen by itself.
+    /// Whether each cause, of at least one, can be seen.
     pub fn is_visible(&self) -> bool {
         !self.visibility.is_empty() && self.visibility.iter().all(|z| *z >= VISIBLE)
     }

@@ -1,11 +1,13 @@
 //! Whether anybody could see a cause: what a refit leaves of its true change of the force, in units of the noise, for
-//! somebody who knows the true parameters and the cause's form. No candidate of the catalogue comes into it.
+//! somebody who knows the true parameters and the forms of all causes; of one of a pair, what a refit with the other one in any size
+//! leaves. No candidate of the catalogue comes into it.
 
 use super::draw::Drawn;
 use super::make::MakeError;
 use crate::data::Measurement;
 use crate::diagnosis::baseline::{linearised, parameter_prior};
 use crate::diagnosis::problem::{EffectProblem, Setup};
+use crate::diagnosis::screening::Signature;
 use crate::engine::Engine;
 use crate::fit::Problem as _;
 use crate::noise::noise_model;
@@ -38,6 +40,12 @@ pub fn visibility(
     let covariance = noise_model(&observations, &plain_mn, vec![]).covariance;
     let gap_mn = -DVector::from_vec(difference_mn);
     let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &parameter_prior(setup), &x);
-    let score = |d: &Vec<f64>| linear.signature(&covariance, &DVector::from_row_slice(d)).strength();
-    Ok(changes_mn.iter().map(score).collect())
+    let signatures: Vec<Signature> =
+        changes_mn.iter().map(|d| linear.signature(&covariance, &DVector::from_row_slice(d))).collect();
+    // Of two causes, what is across the other one.
+    let seen = |(k, own): (usize, &Signature)| {
+        let others = signatures.iter().enumerate().filter(|(j, _)| *j != k);
+        others.fold(own.strength(), |left, (_, other)| left * (1.0 - own.cosine(other).powi(2)).sqrt())
+    };
+    Ok(signatures.iter().enumerate().map(seen).collect())
 }

@@ -143,7 +143,9 @@ fn is_right(solution: &Solution, answer: &Answer) -> bool {
         CaseKind::Pair => {
             let found = solution.effects.iter().filter(|e| names(e)).count();
             // Of a pair of which one is too weak to see, the other is a right answer.
-            if solution.is_visible() { found == 2 } else { !accuses(answer) || found > 0 }
+            // One, and one of a group.
+            let few = answer.families.len() <= 1 + LARGEST_GROUP;
+            if solution.is_visible() { found == 2 && few } else { !accuses(answer) || found > 0 }
         }
     }
 }

@@ -46,7 +46,7 @@ struct Make {
     /// Only these kinds of cases, as often as among all of them [default: all]
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     kinds: Vec<Kind>,
-    /// Draw single effects and pairs again until each effect can be seen by itself
+    /// Draw single effects and pairs again until each effect can be seen
     #[arg(long)]
     visible: bool,
     /// Cycles of each test; one ends with its hold

@@ -16,6 +16,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 pub struct Refit {
     /// Indices of its candidates.
     pub members: Vec<usize>,
+    /// Candidates that would do as well in the place of a pair's second, by their signatures, best first.
+    pub alternatives: Vec<usize>,
     /// The refit.
     pub fit: Fit,
     /// Twice the log evidence against the plain model.
@@ -76,7 +78,16 @@ pub fn refit(
     let is_small = |rest: f64| rest < REST * REST * whole;
     let leaves_little = is_small(remainder.explained) && is_small(excess(&found));
     let members = members.iter().map(|(k, _)| *k).collect();
-    Ok(Refit { members, fit: found, evidence, gain, remainder, adequacy, leaves_little })
+    Ok(Refit {
+        members,
+        alternatives: vec![],
+        fit: found,
+        evidence,
+        gain,
+        remainder,
+        adequacy,
+        leaves_little,
+    })
 }
 
 /// Where the magnitudes of a refit begin: inside their ranges, since the optimiser cannot leave a bound on which it starts.

@@ -190,7 +190,9 @@ fn held_out(d: &Diagnosis) -> Markup {
 }
 
 fn parameters(d: &Diagnosis) -> Markup {
-    let after = d.models.iter().find(|m| d.verdict.effects.starts_with(&m.effects[..m.effects.len().min(1)]));
+    let count = if d.verdict.kind == Kind::Pair { 2 } else { 1 };
+    let after =
+        d.models.iter().find(|m| m.effects.len() == count && d.verdict.effects.starts_with(&m.effects));
     html! {
         h2 { "Parameters before and after" }
         table {

@@ -77,7 +77,8 @@ pub enum Kind {
 pub struct Verdict {
     /// Kind of answer.
     pub kind: Kind,
-    /// Names of the effects: one, the group, or the pair; the most probable first.
+    /// Names of the effects: one, the group, or the pair and then what would do as well in the place of its second; the most
+    /// probable first.
     pub effects: Vec<String>,
     /// Probability that the answer is right.
     pub confidence: f64,

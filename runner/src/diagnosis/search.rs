@@ -13,6 +13,7 @@ use super::effect::Candidate;
 use super::problem::Setup;
 use super::screening::{Linearised, Screened, Screening, Signature};
 use super::something_else::SomethingElse;
+use super::verdict::DECISIVE;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::noise::{Covariance, form_errors};
 
@@ -23,6 +24,7 @@ const QUICK_LEADERS: usize = 2;
 const FIRST: usize = 3;
 /// Models that are tried before the cause is called none of these.
 const TRIED: usize = 7;
+const QUICK_TRIED: usize = 4;
 /// An effect of which screening expects a smaller part of the gain of another that explains all is not refitted.
 const HOPELESS: f64 = 0.2;
 /// Evidence (twice the logarithm) that a second effect must have in the rest of the best single one.
@@ -32,6 +34,8 @@ const PAIR_GAIN: f64 = 8.0;
 const FORM: f64 = 0.3;
 /// An effect (or two) of which screening expects a smaller part of the gap is no cause of all of it.
 const WORTH_TRYING: f64 = 0.1;
+/// A second effect of which a smaller part of the first one's rest is expected is not refitted.
+const FAINT_PARTNER: f64 = 0.03;
 /// Of the leaders themselves less is asked: a signature is that of a plain fit which hides as much of the effect as it can.
 const FAINT: f64 = 1e-3;
 
@@ -58,6 +62,12 @@ impl Promise {
     }
 }
 
+/// A second effect, and what would do as well in its place.
+struct Partner {
+    promise: Promise,
+    alternatives: Vec<usize>,
+}
+
 /// What all refits share.
 pub struct Search<'a> {
     /// Engine, measurements, parameters.
@@ -72,7 +82,7 @@ pub struct Search<'a> {
     pub covariance: &'a Covariance,
     /// Largest number of evaluations of a fit.
     pub evaluations: usize,
-    /// Fewer leaders, and no second start for a refit that is better than the model without its effect.
+    /// Fewer models, and no second start for a refit that is better than the model without its effect.
     pub quick: bool,
 }
 
@@ -107,12 +117,7 @@ impl Search<'_> {
             if self.may_matter(rank, promise, &refits) {
                 // A rival of what explains the gap is given one start.
                 let starts = if refits.iter().any(Refit::is_enough) { &from[..1] } else { &from };
-                refits.extend(self.refit(
-                    &[promise.expected()],
-                    self.content(plain, promise.gain),
-                    starts,
-                    say,
-                )?);
+                refits.extend(self.refit(&[promise.expected()], self.content(promise), starts, say)?);
             }
         }
         let best = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
@@ -120,21 +125,25 @@ impl Search<'_> {
             Some(best) => self.partner(best, leaders)?.map(|partner| (best, partner)),
             None => None,
         };
-        if let Some((best, partner)) = with_partner.filter(|(b, p)| b.gain + p.gain > WORTH_TRYING * missed) {
+        let matters = |best: &Refit, gain: f64| {
+            best.gain + gain > WORTH_TRYING * missed && gain > FAINT_PARTNER * excess(&best.fit)
+        };
+        if let Some((best, partner)) = with_partner.filter(|(b, p)| matters(b, p.promise.gain)) {
             let own = best.fit.magnitudes().first().copied().unwrap_or(1.0);
             let from = [best.fit.x(), self.setup.parameters.start()];
-            let members = self.gentle(best, [(best.members[0], own), partner.expected()])?;
-            let pair = self.refit(&members, self.content(&best.fit, partner.gain), &from, say)?;
-            refits.extend(pair);
+            let members = self.gentle(best, [(best.members[0], own), partner.promise.expected()])?;
+            let content = best.fit.solution.chi_square - KEPT * partner.promise.gain;
+            let pair = self.refit(&members, content, &from, say)?;
+            refits.extend(pair.map(|pair| Refit { alternatives: partner.alternatives, ..pair }));
         }
         if !refits.iter().any(Refit::is_enough) {
+            let tried = if quick { QUICK_TRIED } else { TRIED };
             for promise in self.at_start(leaders)? {
-                if refits.len() >= TRIED || refits.iter().any(Refit::is_enough) {
+                if refits.len() >= tried || refits.iter().any(Refit::is_enough) {
                     break;
                 }
                 if !refits.iter().any(|r| r.members == [promise.candidate]) {
-                    let content = self.content(plain, promise.gain);
-                    refits.extend(self.refit(&[promise.expected()], content, &from, say)?);
+                    refits.extend(self.refit(&[promise.expected()], self.content(&promise), &from, say)?);
                 }
             }
         }
@@ -151,10 +160,9 @@ impl Search<'_> {
         }
     }
 
-    /// chi^2 of a refit that is given no further start: most of the fall below that of the fit `without` the effect that its
-    /// signature promises, or any.
-    fn content(&self, without: &Fit, promised: f64) -> f64 {
-        without.solution.chi_square - if self.quick { 0.0 } else { KEPT * promised }
+    /// chi^2 of a refit with one effect that is given no further start: most of the fall that its signature promises, or any.
+    fn content(&self, promise: &Promise) -> f64 {
+        self.plain.solution.chi_square - if self.quick { 0.0 } else { KEPT * promise.gain }
     }
 
     /// What a signature promises around the linearised model that it belongs to.
@@ -189,7 +197,7 @@ impl Search<'_> {
     }
 
     /// What the rest of a single effect shows best, beyond what the effect's form may leave.
-    fn partner(&self, single: &Refit, leaders: &[&Screened]) -> Result<Option<Promise>, EvaluationFailure> {
+    fn partner(&self, single: &Refit, leaders: &[&Screened]) -> Result<Option<Partner>, EvaluationFailure> {
         let (fit, first) = (&single.fit, single.members[0]);
         let Some(alone) = leaders.iter().find(|s| s.candidate == first) else { return Ok(None) };
         // A switch has no magnitude that was fitted.
@@ -210,9 +218,18 @@ impl Search<'_> {
             whitening: &covariance,
         };
         let (screened, _) = screening.screen(others.map(|s| s.candidate))?;
-        let in_rest = screened.iter().map(|s| self.promise(s.candidate, &s.signature, &linear));
-        let best = in_rest.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        Ok(best.filter(|p| p.evidence > PAIR_GAIN))
+        let mut in_rest: Vec<_> = screened
+            .iter()
+            .map(|s| (self.promise(s.candidate, &s.signature, &linear), &s.signature))
+            .filter(|(promise, _)| promise.evidence > PAIR_GAIN)
+            .collect();
+        in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));
+        let mut in_rest = in_rest.into_iter();
+        let Some((promise, signature)) = in_rest.next() else { return Ok(None) };
+        let as_good =
+            |(p, s): &(Promise, &Signature)| signature.looks_like(s) && promise.gain - p.gain < DECISIVE;
+        let alternatives = in_rest.filter(as_good).map(|(p, _)| p.candidate).collect();
+        Ok(Some(Partner { promise, alternatives }))
     }
 
     /// `single`'s effect and a second one of such a magnitude that the data are met no worse than without it: a signature is linear,

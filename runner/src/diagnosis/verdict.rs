@@ -49,7 +49,7 @@ pub struct Evidence<'a> {
 pub struct Decision {
     /// Kind.
     pub kind: Kind,
-    /// Candidates: best first.
+    /// Candidates: best first; after a pair, what would do as well in the place of its second.
     pub members: Vec<usize>,
     /// Less likely ones that look the same and are not named; without a gap that matters, what explains the difference.
     pub unnamed: Vec<usize>,
@@ -67,6 +67,19 @@ fn weight(refit: &Refit) -> f64 {
     let both = if refit.members.len() > 1 { PAIR_PENALTY } else { 0.0 };
     let with_rest = refit.remainder.evidence - ELSE_PENALTY;
     refit.evidence - both + with_rest.max(0.0)
+}
+
+/// Appends candidates: of the forms of one effect the best is named.
+fn add_distinct(
+    members: &mut Vec<usize>,
+    candidates: impl Iterator<Item = usize>,
+    same: &dyn Fn(usize, usize) -> bool,
+) {
+    for candidate in candidates {
+        if !members.iter().any(|&m| same(m, candidate)) {
+            members.push(candidate);
+        }
+    }
 }
 
 /// Decides.
@@ -113,7 +126,11 @@ pub fn decide(e: &Evidence) -> Decision {
         return Decision { unnamed, ..decision(Kind::NoGap, vec![], None, confidence) };
     }
     if refit.members.len() > 1 {
-        return decision(Kind::Pair, refit.members.clone(), Some(best), probabilities[best]);
+        let mut members = refit.members.clone();
+        add_distinct(&mut members, refit.alternatives.iter().copied(), e.same);
+        // The second and what would do as well in its place are the group.
+        let unnamed = members.split_off(members.len().min(1 + MOST_NAMED));
+        return Decision { unnamed, ..decision(Kind::Pair, members, Some(best), probabilities[best]) };
     }
     let leader = refit.members[0];
     let rival = |k: &usize| {
@@ -126,12 +143,8 @@ pub fn decide(e: &Evidence) -> Decision {
     };
     let rivals: Vec<usize> = order.iter().copied().filter(rival).collect();
     let mut members = vec![leader];
-    for candidate in rivals.iter().map(|&k| e.refits[k].members[0]).chain((e.mates)(leader)) {
-        // Of the forms of one effect the best is named.
-        if !members.iter().any(|&m| (e.same)(m, candidate)) {
-            members.push(candidate);
-        }
-    }
+    let others = rivals.iter().map(|&k| e.refits[k].members[0]).chain((e.mates)(leader));
+    add_distinct(&mut members, others, e.same);
     let unnamed = members.split_off(members.len().min(MOST_NAMED));
     let named = |k: &&usize| members.iter().any(|&m| (e.same)(m, e.refits[**k].members[0]));
     let confidence: f64 =

@@ -27,6 +27,7 @@ fn refit(candidate: usize, evidence: f64) -> Refit {
     let remainder = SomethingElse { evidence: 0.0, explained: 0.0, smooth: none };
     Refit {
         members: vec![candidate],
+        alternatives: vec![],
         fit,
         evidence,
         gain: evidence,
@@ -95,6 +96,19 @@ fn an_effect_is_named_once() {
     assert_eq!((d.kind, d.members), (Kind::Effect, vec![10]));
     let d = decided(&forms[..1], &[11, 4], 0.0, 0.0);
     assert_eq!((d.kind, d.members), (Kind::Group, vec![10, 4]));
+}
+
+/// What would do as well in the place of a pair's second is named after it, and told where that is more than three.
+#[test]
+fn a_pairs_second_may_be_one_of_several() {
+    let pair = |alternatives: &[usize]| {
+        let found = Refit { members: vec![1, 2], alternatives: alternatives.to_vec(), ..refit(1, 40.0) };
+        let d = decided(&[found], &[7], 0.0, 0.0);
+        (d.kind, d.members, d.unnamed)
+    };
+    assert_eq!(pair(&[]), (Kind::Pair, vec![1, 2], vec![]));
+    // 10 and 11 are forms of one effect.
+    assert_eq!(pair(&[10, 11, 4, 5]), (Kind::Pair, vec![1, 2, 10, 4], vec![5]));
 }
 
 /// The three most likely are named, the others told, and the confidence is that of what is named.

@@ -27,6 +27,12 @@ pub fn headline(d: &Diagnosis) -> String {
             list(&names),
             removed(d)
         ),
+        Kind::Pair if names.len() > 2 => format!(
+            "Pair: {} together with one of {} explains the gap; these data cannot tell which (confidence {percent}){}.",
+            names[0],
+            list(&names[1..]),
+            removed(d)
+        ),
         Kind::Pair => {
             format!("Pair: {} together explain the gap (confidence {percent}){}.", list(&names), removed(d))
         }
