@@ -64,7 +64,7 @@ fn main() -> Result<(), Error> {
             let covariance = &found.noise.covariance;
             let again = |start: &Fit, active: &[&Candidate]| -> Result<Fit, Error> {
                 let starts = vec![start.solution.x.clone()];
-                let plan = FitPlan { starts, evaluations: EVALUATIONS, promised: 0.0 };
+                let plan = FitPlan { starts, evaluations: EVALUATIONS, content: 0.0 };
                 let known = covariance.without(&split.predicted);
                 let fitted = fit(setup, active, &known, &plan, &mut |_| {})?;
                 Ok(fitted.seen_with(setup, active, covariance)?)

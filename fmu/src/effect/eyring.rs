@@ -146,7 +146,7 @@ impl Flow {
             let argument = b - b * share;
             let fall = argument.mul_add(ratio(argument), -(a * share));
             let slope = b / argument.mul_add(argument, one(b)).sqrt() + a;
-            share = share + fall / slope.max(size.constant(f64::MIN_POSITIVE));
+            share += fall / slope.max(size.constant(f64::MIN_POSITIVE));
         }
         self.at(spring, trial, each(trial, closure!(|t: T| t * share)))
     }
@@ -227,7 +227,8 @@ impl<T: Real> Hyperbolic<T> {
         let (up, square) = (x.exp(), x * x);
         let down = up.recip();
         let cosh = (up + down) * 0.5;
-        let series = ((square * (1.0 / 72.0) + 1.0) * square * (1.0 / 42.0) + 1.0) * square * (1.0 / 20.0) + 1.0;
+        let series =
+            ((square * (1.0 / 72.0) + 1.0) * square * (1.0 / 42.0) + 1.0) * square * (1.0 / 20.0) + 1.0;
         let series = series * square * (1.0 / 6.0) + 1.0;
         let small = x.constant(SMALL);
         let phi = small.where_greater(x, series, (up - down) * 0.5 / x);
