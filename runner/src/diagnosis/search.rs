@@ -112,7 +112,6 @@ impl Search<'_> {
         // What the plain model made of its parameters to imitate an effect may be far from what they are with it.
         let from = [self.setup.parameters.start(), plain.x()];
         let mut refits: Vec<Refit> = Vec::new();
-        let missed = excess(plain);
         for (rank, promise) in first.into_iter().enumerate() {
             if self.may_matter(rank, promise, &refits) {
                 // A rival of what explains the gap is given one start.
@@ -121,20 +120,9 @@ impl Search<'_> {
             }
         }
         let best = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        let with_partner = match best.filter(|best| !best.leaves_noise()) {
-            Some(best) => self.partner(best, leaders)?.map(|partner| (best, partner)),
-            None => None,
-        };
-        let matters = |best: &Refit, gain: f64| {
-            best.gain + gain > WORTH_TRYING * missed && gain > FAINT_PARTNER * excess(&best.fit)
-        };
-        if let Some((best, partner)) = with_partner.filter(|(b, p)| matters(b, p.promise.gain)) {
-            let own = best.fit.magnitudes().first().copied().unwrap_or(1.0);
-            let from = [best.fit.x(), self.setup.parameters.start()];
-            let members = self.gentle(best, [(best.members[0], own), partner.promise.expected()])?;
-            let content = best.fit.solution.chi_square - KEPT * partner.promise.gain;
-            let pair = self.refit(&members, content, &from, say)?;
-            refits.extend(pair.map(|pair| Refit { alternatives: partner.alternatives, ..pair }));
+        if let Some(best) = best.filter(|best| !best.leaves_noise()) {
+            let pair = self.pair(best, leaders, say)?;
+            refits.extend(pair);
         }
         if !refits.iter().any(Refit::is_enough) {
             let tried = if quick { QUICK_TRIED } else { TRIED };
@@ -148,6 +136,26 @@ impl Search<'_> {
             }
         }
         Ok(refits)
+    }
+
+    /// A single effect together with what its rest shows, where that is worth trying.
+    fn pair(
+        &self,
+        single: &Refit,
+        leaders: &[&Screened],
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
+        let Some(Partner { promise, alternatives }) = self.partner(single, leaders)? else { return Ok(None) };
+        let is_small = single.gain + promise.gain <= WORTH_TRYING * excess(self.plain);
+        if is_small || promise.gain <= FAINT_PARTNER * excess(&single.fit) {
+            return Ok(None);
+        }
+        let own = single.fit.magnitudes().first().copied().unwrap_or(1.0);
+        let members = self.gentle(single, [(single.members[0], own), promise.expected()])?;
+        let from = [single.fit.x(), self.setup.parameters.start()];
+        let content = single.fit.solution.chi_square - KEPT * promise.gain;
+        let pair = self.refit(&members, content, &from, say)?;
+        Ok(pair.map(|pair| Refit { alternatives, ..pair }))
     }
 
     /// Whether a leader of screening, by its rank, may still change the answer.
