@@ -1,5 +1,5 @@
 #!/bin/sh
-# Diagnoses every withheld case: half a minute to three minutes each with one cycle, ten minutes and more with three (two cores).
+# Diagnoses every withheld case: 15 to 50 s each with one cycle, three to ten minutes with three (two cores).
 # Three cycles with fewer evaluations, to save time.
 set -e
 cd "$(dirname "$0")/../.."
