@@ -9,7 +9,7 @@
 use super::descriptor::{Effect, Place, linear, one_sided};
 use crate::material::branch::Relaxed;
 use crate::material::ogden::Ogden;
-use crate::material::relaxation::{apply, difference, square};
+use crate::material::relaxation::{apply, difference, moved, square};
 use crate::number::{Real, closure, each};
 use crate::variables::units::PER_PASCAL;
 use crate::variables::{Variable, field, real};
@@ -28,7 +28,7 @@ impl Parameters {
     }
 }
 
-type Matrix<T> = [[T; 3]; 3];
+pub(crate) type Matrix<T> = [[T; 3]; 3];
 
 const MAX_ITERATIONS: usize = 100;
 /// A correction (strain) after which one more is rounding: Newton's method squares it.
@@ -90,7 +90,7 @@ impl Flow {
             let de = self.correction(spring, &now);
             let size = square(&de);
             if last.all_greater(size) {
-                return Some(now.moved(spring, &de));
+                return Some(moved(spring, &now.strain, &now.powers, &de));
             }
             let next = self.at(spring, trial, difference(&now.strain, &de));
             // Where the solution is reached, the residual is rounding.
@@ -117,7 +117,7 @@ impl Flow {
                 return None;
             }
             if size <= LAST {
-                return Some(now.moved(spring, &de));
+                return Some(moved(spring, &now.strain, &now.powers, &de));
             }
             let mut step = 1.0;
             now = loop {
@@ -200,15 +200,6 @@ impl Flow {
     }
 }
 
-impl<T: Real> Iterate<T> {
-    /// The strain less a small `de`.
-    #[inline(always)]
-    fn moved(&self, spring: &Ogden, de: &[T; 3]) -> Relaxed<T> {
-        let power = closure!(|a: usize| self.powers[a] * spring.power_of_small(-de[a]));
-        Relaxed { strain: difference(&self.strain, de), powers: [power(0), power(1), power(2)] }
-    }
-}
-
 /// Hyperbolic functions of a number that is not negative.
 struct Hyperbolic<T> {
     /// `sinh(x) / x`.
@@ -269,8 +260,9 @@ fn scaled<T: Real>(v: &[T; 3], factor: T) -> [T; 3] {
     each(v, closure!(|x: T| x * factor))
 }
 
+/// `a b`.
 #[inline(always)]
-fn product<T: Real>(a: &Matrix<T>, b: &Matrix<T>) -> Matrix<T> {
+pub(crate) fn product<T: Real>(a: &Matrix<T>, b: &Matrix<T>) -> Matrix<T> {
     let row = closure!(|a_i: [T; 3]| {
         let at = closure!(|j: usize| a_i[0] * b[0][j] + a_i[1] * b[1][j] + a_i[2] * b[2][j]);
         [at(0), at(1), at(2)]

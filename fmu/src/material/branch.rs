@@ -154,11 +154,7 @@ impl Branch {
     fn eyring_tangent<T: Real>(&self, q: &[T; 3], flow: &eyring::Flow) -> [[T; 3]; 3] {
         let tangent = self.spring.tangent(q);
         let slope = flow.linearise(&self.spring, q).slope;
-        let mut t = std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                tangent[i][0] * slope[0][j] + tangent[i][1] * slope[1][j] + tangent[i][2] * slope[2][j]
-            })
-        });
+        let mut t = eyring::product(&tangent, &slope);
         // Trial strains enter through their deviator only.
         for row in &mut t {
             *row = deviator(row);

@@ -56,9 +56,15 @@ impl<'a, T: Real> Iterate<'a, T> {
     /// The strain less a small `de`.
     #[inline(always)]
     pub fn moved(&self, de: &[T; 3]) -> Relaxed<T> {
-        let power = closure!(|a: usize| self.powers[a] * self.spring.power_of_small(-de[a]));
-        Relaxed { strain: difference(&self.strain, de), powers: [power(0), power(1), power(2)] }
+        moved(self.spring, &self.strain, &self.powers, de)
     }
+}
+
+/// A strain, of these powers, less a small `de`.
+#[inline(always)]
+pub(crate) fn moved<T: Real>(spring: &Ogden, strain: &[T; 3], powers: &[T; 3], de: &[T; 3]) -> Relaxed<T> {
+    let power = closure!(|a: usize| powers[a] * spring.power_of_small(-de[a]));
+    Relaxed { strain: difference(strain, de), powers: [power(0), power(1), power(2)] }
 }
 
 /// `(I + k P diag(a))^-1` by the Sherman–Morrison formula, over a common denominator: with `D_i = 1 + k a_i`,
