@@ -4,7 +4,8 @@ use poropunch::parameters::{
     BoundaryParameters, BranchParameters, GeometryParameters, MaterialParameters, OgdenParameters,
 };
 use poropunch::protocol::Protocol;
-use poropunch::{Instance, Model, Outputs, Parameters, StepError};
+use poropunch::specimen::{Discretisation, Motion, Patience, State};
+use poropunch::{Instance, Model, Outputs, Parameters, Statistics, StepError};
 
 /// Depth of the paper's protocols (m).
 pub const DEPTH: f64 = 1e-3;
@@ -61,6 +62,18 @@ pub fn try_follow(
         }
     }
     Ok(results)
+}
+
+/// The state `dt` (s) later, the punch moving from `start` (m) at `velocity` (m/s).
+pub fn step(
+    specimen: &mut dyn Discretisation,
+    state: &State,
+    (start, velocity): (f64, f64),
+    dt: f64,
+) -> State {
+    let motion = Motion { start, velocity };
+    let step = specimen.step(state, motion, dt, Patience::Little, &mut Statistics::default());
+    step.expect("the step converges").state
 }
 
 /// A drained element between smooth plates of this radius and height (m): G = 200 Pa, a branch of 800 Pa and 0.5 s.

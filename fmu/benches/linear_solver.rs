@@ -14,10 +14,10 @@ mod test_matrices;
 use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{SparseColMat, Triplet};
-use poropunch::indentation::sample::{Sample, connectivity};
-use poropunch::indentation::step::Stepper;
 use poropunch::parameters::{MeshParameters, MeshPreset};
 use poropunch::solver::multifrontal::{Numeric, Structure, Symbolic};
+use poropunch::specimen::sample::{Sample, connectivity};
+use poropunch::specimen::{Discretisation, Motion, Patience, Stepper};
 use poropunch::{Parameters, Statistics};
 use std::{sync::Arc, time::Instant};
 use test_matrices::{Case, System};
@@ -98,8 +98,9 @@ fn own(growth: f64, divisions: u32, phase: Phase) -> System {
         let (end, mut dt) = (state.time + step * steps as f64, step);
         while state.time < end * (1.0 - 1e-12) {
             let start = state.outputs.displacement;
-            match stepper.step(&state, start, velocity, dt.min(end - state.time), &mut statistics) {
-                Ok(next) => state = next,
+            let (motion, dt_left) = (Motion { start, velocity }, dt.min(end - state.time));
+            match stepper.step(&state, motion, dt_left, Patience::Little, &mut statistics) {
+                Ok(next) => state = next.state,
                 Err(_) => dt *= 0.25,
             }
         }

@@ -6,9 +6,9 @@
 //! ```
 
 use poropunch::indentation::motion::Path;
-use poropunch::indentation::sample::Sample;
-use poropunch::indentation::step::Stepper;
 use poropunch::mesh::Mesh;
+use poropunch::specimen::Sample;
+use poropunch::specimen::Stepper;
 use poropunch::{Parameters, Statistics};
 use std::sync::Arc;
 

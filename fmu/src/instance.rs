@@ -1,10 +1,10 @@
 //! The native API: `Model -> Instance`, set displacement, advance, outputs, save and restore.
 
 use crate::fields::{Fields, FieldsError};
-use crate::indentation::discretisation::Discretisation;
-use crate::indentation::engine::{Discretised, Engine, EngineState};
+use crate::indentation::engine::{Discretised, Engine};
 use crate::indentation::motion::Path;
 use crate::outputs::ForceSensitivity;
+use crate::specimen::Discretisation;
 use crate::{Outputs, ParameterError, Parameters, Statistics, StepError};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -54,7 +54,7 @@ pub struct Snapshot {
     outputs: Outputs,
     statistics: Statistics,
     /// The integrated path since first touch.
-    path: Option<Path<EngineState>>,
+    path: Option<Path>,
 }
 
 /// One running experiment. Send, not Sync: one instance, one thread.
@@ -143,12 +143,12 @@ impl Instance {
             }
             from = 0.0;
             let effect = &self.model.parameters.effect;
-            state.path = Some(Path::touch(&self.engine, now).with_load_cell(effect));
+            state.path = Some(Path::touch(self.engine.discretisation(), now).with_load_cell(effect));
         }
         let Some(path) = &mut state.path else { return Ok(()) };
         let retraction = StepError::Retraction { time: end, displacement: to };
         // Where the punch cannot leave the sample, it must not pull at it.
-        let bonded = !self.engine.separates();
+        let bonded = !self.engine.discretisation().separates();
         if bonded && to < 0.0 {
             return Err(retraction);
         }
@@ -156,10 +156,11 @@ impl Instance {
             let Parameters { solver, geometry, .. } = self.model.parameters();
             let radius = geometry.reach();
             let statistics = &mut state.statistics;
+            let discretisation = self.engine.discretisation_mut();
             state.outputs =
-                path.advance(&mut self.engine, solver, radius, (now, from), (end, to), statistics)?;
+                path.advance(discretisation, solver, radius, (now, from), (end, to), statistics)?;
         }
-        if bonded && state.outputs.force_specimen < -TENSION * self.engine.force_scale() {
+        if bonded && state.outputs.force_specimen < -TENSION * self.engine.discretisation().force_scale() {
             return Err(retraction);
         }
         Ok(())
@@ -180,20 +181,13 @@ impl Instance {
     /// # Errors
     /// When the model is three-dimensional, or the state at this very time cannot be computed.
     pub fn fields(&mut self) -> Result<Fields, FieldsError> {
-        if matches!(self.engine, Engine::Paper3d(_)) {
-            return Err(FieldsError::NotIn3d);
-        }
+        let Engine::Axisymmetric(stepper) = &mut self.engine else { return Err(FieldsError::NotIn3d) };
         let (time, path) = (self.state.time, &self.state.path);
         let state = match path {
-            None => Arc::new(self.engine.undeformed(time)),
-            Some(path) => path.state_at(&mut self.engine, time)?,
+            None => Arc::new(stepper.undeformed(time)),
+            Some(path) => path.state_at(&mut **stepper, time)?,
         };
-        match (&self.engine, &*state) {
-            (Engine::Axisymmetric(stepper), EngineState::Axisymmetric(state)) => {
-                stepper.fields(state, path.is_some())
-            }
-            _ => Err(FieldsError::NotIn3d),
-        }
+        stepper.fields(&state, path.is_some())
     }
 
     /// The parameters of its model.
@@ -224,7 +218,7 @@ impl Instance {
     /// # Errors
     /// When the snapshot belongs to another mesh or number of branches.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), ParameterError> {
-        if snapshot.path.as_ref().is_some_and(|p| !p.fits(&self.engine)) {
+        if snapshot.path.as_ref().is_some_and(|p| !p.fits(self.engine.discretisation())) {
             return Err(ParameterError::ForeignSnapshot);
         }
         self.state = snapshot.clone();

@@ -29,6 +29,7 @@ pub mod parameters;
 pub mod protocol;
 pub mod solid3d;
 pub mod solver;
+pub mod specimen;
 pub mod variables;
 
 pub use error::{ParameterError, StepError};

@@ -1,10 +1,9 @@
 //! Terzaghi's one-dimensional consolidation: a confined, laterally fixed column drained at its bottom.
 
-use poropunch::indentation::sample::Sample;
-use poropunch::indentation::step::{State, Stepper};
+use poropunch::Parameters;
 use poropunch::mesh::Mesh;
 use poropunch::parameters::{BoundaryParameters, GeometryParameters, TimeScheme};
-use poropunch::{Parameters, Statistics};
+use poropunch::specimen::{Discretisation, Sample, State, Stepper};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use tests::poroelastic;
@@ -69,7 +68,7 @@ fn pressed(layers: usize, steps: usize, scheme: TimeScheme) -> f64 {
     let dt = end / steps as f64;
     for k in 0..steps {
         let start = velocity * dt * k as f64;
-        state = stepper.step(&state, start, velocity, dt, &mut Statistics::default()).unwrap();
+        state = tests::step(&mut stepper, &state, (start, velocity), dt);
     }
     state.outputs.force
 }
@@ -115,9 +114,7 @@ fn degree_of_consolidation() {
     while let Some(&(until, expected)) = checks.peek() {
         let dt = (0.03 * t).min(until * unit - state.time);
         // The problem is linear at this load: two trials give the velocity.
-        let mut trial = |v: f64| -> State {
-            stepper.step(&state, displacement, v, dt, &mut Statistics::default()).unwrap()
-        };
+        let mut trial = |v: f64| -> State { tests::step(&mut stepper, &state, (displacement, v), dt) };
         let v = final_displacement / (dt * unit).sqrt();
         let (f0, f1) = (trial(0.0).outputs.force, trial(v).outputs.force);
         let velocity = v * (load - f0) / (f1 - f0);

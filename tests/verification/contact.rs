@@ -1,10 +1,9 @@
 //! Unilateral contact: the punch separates, stays away and touches again.
 
 use poropunch::indentation::contact::Status;
-use poropunch::indentation::sample::Sample;
-use poropunch::indentation::step::Stepper;
 use poropunch::parameters::MeshPreset;
 use poropunch::protocol::{Protocol, Trapezoid};
+use poropunch::specimen::{Discretisation, Motion, Patience, Sample, Stepper};
 use poropunch::{Instance, Model, Outputs, Parameters, Statistics, StepError};
 use runner::data::{Wanted, protocol_of, read};
 use tests::{DEPTH, follow, try_follow};
@@ -222,8 +221,9 @@ fn residuals_are_below_the_tolerance_while_peeling() {
         while left > 1e-9 && state.contact.any() {
             let mut dt = left.min(if velocity == 0.0 { largest } else { largest / velocity.abs() });
             state = loop {
-                match stepper.step(&state, at, velocity, dt, &mut statistics) {
-                    Ok(next) => break next,
+                let motion = Motion { start: at, velocity };
+                match stepper.step(&state, motion, dt, Patience::Little, &mut statistics) {
+                    Ok(next) => break next.state,
                     Err(reason) => assert!(dt > 1e-7, "{at}: {reason}"),
                 }
                 dt *= 0.5;

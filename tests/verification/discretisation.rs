@@ -1,12 +1,11 @@
 //! The discretisation itself: patch test, Newton's convergence.
 
-use poropunch::element::{History, Stage};
-use poropunch::indentation::sample::Sample;
-use poropunch::indentation::step::Stepper;
-use poropunch::indentation::trend::Trend;
+use poropunch::Parameters;
+use poropunch::element::{Stage, undeformed};
 use poropunch::material::PointMaterial;
 use poropunch::material::point::DeformationGradient;
-use poropunch::{Parameters, Statistics};
+use poropunch::specimen::trend::Trend;
+use poropunch::specimen::{Discretisation, Sample, Stepper};
 
 /// Patch test.
 /// Goal: a homogeneous finite deformation with uniform pore pressure is in equilibrium on the graded
@@ -28,7 +27,7 @@ fn patch_test() {
             x[p] = 300.0;
         }
     }
-    let mut old = History::undeformed(mesh.elements.len(), 2);
+    let mut old = undeformed(mesh.elements.len(), 2);
     let f = DeformationGradient { plane: [[1.1, 0.0], [0.0, 0.85]], hoop: 1.1 };
     old.jacobian.fill(f.determinant());
     let mut residual = vec![0.0; x.len()];
@@ -66,11 +65,10 @@ fn newton_converges_quadratically() {
     parameters.solver.newton_tolerance = 1e-13;
     let sample = Sample::shared(&parameters.geometry, &parameters.mesh).unwrap();
     let mut stepper = Stepper::new(&parameters, sample);
-    let mut statistics = Statistics::default();
     let mut state = stepper.undeformed(0.0);
     for _ in 0..4 {
         state.trend = Trend::at_rest(state.x.len());
-        state = stepper.step(&state, 1.6e-3 * state.time, 1.6e-3, 0.03, &mut statistics).unwrap();
+        state = tests::step(&mut stepper, &state, (1.6e-3 * state.time, 1.6e-3), 0.03);
     }
     let norms = stepper.residual_norms();
     let mut squares = 0;

@@ -1,7 +1,7 @@
 //! Snapshots of solver statistics: a loss of efficiency fails a test, without timing anything.
 
-use poropunch::indentation::sample::Sample;
 use poropunch::parameters::MeshPreset;
+use poropunch::specimen::Sample;
 use poropunch::{Instance, Model, Parameters, Statistics};
 use tests::DEPTH;
 

@@ -1,10 +1,9 @@
 //! Viscous relaxation of one element in unconfined, drained compression.
 
-use poropunch::indentation::sample::Sample;
-use poropunch::indentation::step::Stepper;
+use poropunch::Parameters;
 use poropunch::mesh::Mesh;
 use poropunch::parameters::TimeScheme;
-use poropunch::{Parameters, Statistics};
+use poropunch::specimen::{Discretisation, Sample, Stepper};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use tests::drained_element;
@@ -27,7 +26,7 @@ fn element_force(scheme: TimeScheme, strain: f64, ramp: f64, steps: usize) -> f6
     for k in 0..2 * steps {
         let (start, v) =
             if k < steps { (depth * k as f64 / steps as f64, depth / ramp) } else { (depth, 0.0) };
-        state = stepper.step(&state, start, v, dt, &mut Statistics::default()).unwrap();
+        state = tests::step(&mut stepper, &state, (start, v), dt);
     }
     state.outputs.force
 }
@@ -104,13 +103,12 @@ fn small_strain_relaxation_time() {
     parameters.material.lambda_star = 1e8;
     let mesh = Mesh::tensor(&[0.0, RADIUS], &[0.0, HEIGHT], RADIUS);
     let mut stepper = Stepper::new(&parameters, Arc::new(Sample::from_mesh(mesh).unwrap()));
-    let mut statistics = Statistics::default();
     let (depth, ramp) = (1e-4 * HEIGHT, 1e-6);
     let mut state = stepper.undeformed(0.0);
-    state = stepper.step(&state, 0.0, depth / ramp, ramp, &mut statistics).unwrap();
+    state = tests::step(&mut stepper, &state, (0.0, depth / ramp), ramp);
     let mut forces = vec![state.outputs.force];
     for _ in 0..600 {
-        state = stepper.step(&state, depth, 0.0, 0.01, &mut statistics).unwrap();
+        state = tests::step(&mut stepper, &state, (depth, 0.0), 0.01);
         forces.push(state.outputs.force);
     }
     let end = forces[600];

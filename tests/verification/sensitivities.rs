@@ -9,7 +9,7 @@ use tests::DEPTH;
 const TIMES: [f64; 9] = [0.1, 0.3, 0.625, 0.63, 0.7, 1.6, 10.6, 30.6, 90.6];
 const RAMP: f64 = 0.625;
 
-fn value(m: &mut MaterialParameters, parameter: MaterialParameter) -> &mut f64 {
+pub fn value(m: &mut MaterialParameters, parameter: MaterialParameter) -> &mut f64 {
     match parameter {
         MaterialParameter::SolidFraction => &mut m.n0s,
         MaterialParameter::LambdaStar => &mut m.lambda_star,

@@ -1,15 +1,14 @@
 //! The three-dimensional quarter: patch test, and its force against the axisymmetric model's.
 
 use poropunch::indentation::motion::Path;
-use poropunch::indentation::sample::Sample;
-use poropunch::indentation::step::Stepper;
 use poropunch::mesh::Mesh;
 use poropunch::parameters::MeshKind;
-use poropunch::solid3d::assembly::{History, assemble};
+use poropunch::solid3d::assembly::{assemble, undeformed};
 use poropunch::solid3d::forest::{COARSE, Refinement};
 use poropunch::solid3d::point::SolidMaterial;
 use poropunch::solid3d::sample::SolidSample;
 use poropunch::solid3d::step::SolidStepper;
+use poropunch::specimen::{Discretisation, Sample, Stepper};
 use poropunch::{Instance, Model, ParameterError, Parameters, Statistics};
 use std::sync::Arc;
 
@@ -36,7 +35,7 @@ fn imbalance(f: [[f64; 3]; 3]) -> (f64, f64) {
             x[p] = 300.0;
         }
     }
-    let mut old = History::undeformed(mesh.cells.len(), 2);
+    let mut old = undeformed(mesh.cells.len(), 2);
     old.jacobian.fill(poropunch::solid3d::point::determinant(&f));
     let mut residual = vec![0.0; x.len()];
     let mut values = vec![0.0; sample.map.pattern.rows.len()];
@@ -85,11 +84,10 @@ fn ratios(refinement: Refinement<'_>, radii_mm: &[f64], depths_mm: &[f64]) -> [(
     let sample = SolidSample::new(&parameters.geometry, refinement).unwrap();
     let mut solid = SolidStepper::new(&parameters, Arc::new(sample));
     let mut plane = rectangular(&parameters, radii_mm, depths_mm);
-    let mut statistics = Statistics::default();
     let (mut a, mut b) = (solid.undeformed(0.0), plane.undeformed(0.0));
     for start in [0.0, 0.08e-3] {
-        a = solid.step(&a, start, 1.6e-3, 0.05, &mut statistics).unwrap();
-        b = plane.step(&b, start, 1.6e-3, 0.05, &mut statistics).unwrap();
+        a = tests::step(&mut solid, &a, (start, 1.6e-3), 0.05);
+        b = tests::step(&mut plane, &b, (start, 1.6e-3), 0.05);
     }
     let (a, b) = (a.outputs, b.outputs);
     [

@@ -1,52 +1,29 @@
 //! From elements to the global sparse system.
 
+use super::History;
 use super::geometry::Geometry;
 use super::group::{ElementLoop, Group};
 use super::kernel::{self, ElementSystem, PointState};
 use super::shape::POINTS;
-use crate::material::{IDENTITY, PointMaterial, Voigt};
+use crate::material::{IDENTITY, PointMaterial};
 use crate::mesh::{Mesh, NODES, UNKNOWNS};
 use crate::number::{Lanes, PACKET, Packet, closure};
 use crate::solver::linear::CscPattern;
 use pulp::Simd;
-use serde::{Deserialize, Serialize};
 
-/// History of all integration points at one time.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct History {
-    /// J, element by element and point by point.
-    pub jacobian: Vec<f64>,
-    /// `Cv^-1`, branch by branch at every point.
-    pub cv_inverse: Vec<Voigt>,
-    /// Largest equivalent strain so far at every point; empty unless the material softens with it.
-    pub past_strain: Vec<f64>,
+/// History of the undeformed state of an axisymmetric mesh.
+pub fn undeformed(elements: usize, branches: usize) -> History {
+    History::undeformed(elements * POINTS, branches, &IDENTITY)
 }
 
-impl History {
-    /// The undeformed state.
-    pub fn undeformed(elements: usize, branches: usize) -> Self {
-        Self {
-            jacobian: vec![1.0; elements * POINTS],
-            cv_inverse: vec![IDENTITY; elements * POINTS * branches],
-            past_strain: Vec::new(),
-        }
-    }
-
-    /// The same of a material that softens with past strain, where `softens` says so.
-    pub fn remembering(mut self, softens: bool) -> Self {
-        self.past_strain = vec![0.0; if softens { self.jacobian.len() } else { 0 }];
-        self
-    }
-
-    /// History of one element.
-    #[inline(always)]
-    pub fn element(&self, element: usize, branches: usize) -> PointState<'_> {
-        let first = element * POINTS;
-        PointState {
-            jacobian: &self.jacobian[first..first + POINTS],
-            cv_inverse: &self.cv_inverse[first * branches..(first + POINTS) * branches],
-            past_strain: self.past_strain.get(first..first + POINTS).unwrap_or(&[]),
-        }
+/// History of one element.
+#[inline(always)]
+pub fn element_history(history: &History, element: usize, branches: usize) -> PointState<'_> {
+    let first = element * POINTS;
+    PointState {
+        jacobian: &history.jacobian[first..first + POINTS],
+        cv_inverse: &history.tensors()[first * branches..(first + POINTS) * branches],
+        past_strain: history.past_strain.get(first..first + POINTS).unwrap_or(&[]),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Integrals and history over a converged solution.
 
-use super::assembly::{Body, History, Inadmissible, Stage};
+use super::History;
+use super::assembly::{Body, Inadmissible, Stage, element_history};
 use super::geometry::FacePoint;
 use super::group::{ElementLoop, Group};
 use super::kernel::Point;
@@ -55,7 +56,7 @@ impl Body<'_> {
         for (FacePoint { element, xi, geometry: place }, _) in points {
             let failed = Inadmissible { element: *element };
             let x_e = map.gather(*element, x);
-            let history = old.element(*element, branches);
+            let history = element_history(old, *element, branches);
             // Cauchy stress of the skeleton (zz, rz), extrapolated from the Gauss points.
             let mut sigma = [0.0; 2];
             for (k, weight) in gauss_lagrange(*xi).into_iter().enumerate() {

@@ -1,6 +1,7 @@
 //! Loops over the elements, several at a time in the lanes of the machine's vectors.
 
-use super::assembly::{AssemblyMap, History, Inadmissible};
+use super::History;
+use super::assembly::{AssemblyMap, Inadmissible};
 use super::geometry::{ElementGeometry, Geometry};
 use super::kernel::PointState;
 use super::shape::POINTS;
@@ -158,7 +159,7 @@ impl<S: Simd> Group<S> {
     #[inline(always)]
     pub fn history(&self, old: &History) -> GroupHistory<S> {
         let zero = self.splat(0.0);
-        let tensors = old.cv_inverse.len() / old.jacobian.len() * POINTS;
+        let tensors = old.tensors::<4>().len() / old.jacobian.len() * POINTS;
         let mut group = GroupHistory {
             jacobian: [zero; POINTS],
             cv_inverse: vec![[zero; 4]; tensors],
@@ -167,9 +168,10 @@ impl<S: Simd> Group<S> {
         for (k, jacobian) in group.jacobian.iter_mut().enumerate() {
             *jacobian = self.gather(closure!(|element: usize| old.jacobian[element * POINTS + k]));
         }
+        let all = old.tensors::<4>();
         for (k, cv_inverse) in group.cv_inverse.iter_mut().enumerate() {
             for (i, component) in cv_inverse.iter_mut().enumerate() {
-                *component = self.gather(closure!(|element: usize| old.cv_inverse[element * tensors + k][i]));
+                *component = self.gather(closure!(|element: usize| all[element * tensors + k][i]));
             }
         }
         for (k, past) in group.past_strain.iter_mut().enumerate() {
@@ -204,7 +206,7 @@ impl<S: Simd> GroupHistory<S> {
             }
             for (k, cv_inverse) in self.cv_inverse.iter().enumerate() {
                 for (i, component) in cv_inverse.iter().enumerate() {
-                    into.cv_inverse[element * tensors + k][i] = component.as_slice()[lane];
+                    into.tensors_mut::<4>()[element * tensors + k][i] = component.as_slice()[lane];
                 }
             }
             for (k, past) in self.past_strain.iter().enumerate() {

@@ -4,11 +4,13 @@ pub mod assembly;
 pub mod field;
 pub mod geometry;
 mod group;
+pub mod history;
 pub mod kernel;
 pub mod sensitivity;
 pub mod shape;
 #[cfg(test)]
 mod tests;
 
-pub use assembly::{AssemblyMap, Body, History, Inadmissible, Stage};
+pub use assembly::{AssemblyMap, Body, Inadmissible, Stage, element_history, undeformed};
+pub use history::History;
 pub use kernel::{ElementSystem, Point, PointState};

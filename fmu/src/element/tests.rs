@@ -1,6 +1,7 @@
 //! Several elements at a time against one by one, on every kind of vector that this machine has.
 
-use super::assembly::{Assemble, AssemblyMap, Body, History, Inadmissible, Stage};
+use super::History;
+use super::assembly::{Assemble, AssemblyMap, Body, Inadmissible, Stage, element_history, undeformed};
 use super::field::Update;
 use super::geometry::Geometry;
 use super::group::Groups;
@@ -45,8 +46,8 @@ impl Case {
         let at = |(k, p): (usize, &bool)| if *p { 3e3 * noise(k) } else { 1.5e-5 * noise(k) };
         let x = is_pressure.iter().enumerate().map(at).collect();
         let softens = effect.softening.loss != 0.0;
-        let mut history = History::undeformed(ELEMENTS, 2).remembering(softens);
-        for (k, c) in history.cv_inverse.iter_mut().enumerate() {
+        let mut history = undeformed(ELEMENTS, 2).remembering(softens);
+        for (k, c) in history.tensors_mut().iter_mut().enumerate() {
             let (rr, zz, rz) = (1.0 + 0.2 * noise(k), 1.0 + 0.2 * noise(2 * k + 1), 0.1 * noise(3 * k));
             *c = [rr, zz, 1.0 / (rr * zz - rz * rz), rz];
         }
@@ -77,7 +78,7 @@ impl Case {
         for element in 0..ELEMENTS {
             let mut system = ElementSystem::filled(0.0);
             let places = (&self.geometry.elements[element], |v: &f64| *v);
-            let (x, old) = (self.map.gather(element, &self.x), self.history.element(element, 2));
+            let (x, old) = (self.map.gather(element, &self.x), element_history(&self.history, element, 2));
             evaluate(places, &self.material, &x, old, DT, &mut system).ok_or(Inadmissible { element })?;
             let unknowns = &self.map.unknowns[element];
             for (i, &row) in unknowns.iter().enumerate() {
@@ -146,7 +147,7 @@ impl WithSimd for Evaluate<'_> {
         Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
 
         let mut history = new.jacobian;
-        history.extend(new.cv_inverse.iter().flatten().chain(&new.past_strain));
+        history.extend(new.cv_inverse.iter().chain(&new.past_strain));
         // Of the last packet only the elements that there are.
         let own = |(k, packet): (usize, &Packet)| {
             let first = k / (POINTS * count) * 8;

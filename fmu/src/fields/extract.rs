@@ -3,11 +3,11 @@
 use super::quantity::{Local, Place, QUANTITIES};
 use super::smooth::{Smoothing, place};
 use super::{Field, Fields, FieldsError};
-use crate::element::History;
 use crate::element::assembly::AssemblyMap;
 use crate::element::geometry::{ElementGeometry, Geometry};
 use crate::element::kernel::{Point, PointState};
 use crate::element::shape::Shape;
+use crate::element::{History, element_history};
 use crate::material::{IDENTITY, PointMaterial};
 use crate::mesh::{CORNERS, Mesh, NODES, UNKNOWNS};
 
@@ -68,7 +68,7 @@ pub fn extract(matter: &Matter<'_>) -> Result<Fields, FieldsError> {
     let mut means = Vec::with_capacity(mesh.elements.len());
     for (index, (element, places)) in mesh.elements.iter().zip(&geometry.elements).enumerate() {
         let x_e = map.gather(index, x);
-        let state = matter.history.element(index, matter.material.branches());
+        let state = element_history(matter.history, index, matter.material.branches());
         let values =
             evaluate(matter.material, places, &x_e, state).ok_or(FieldsError::Inadmissible(index))?;
         for (k, &node) in element.nodes.iter().enumerate() {

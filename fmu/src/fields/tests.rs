@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::element::AssemblyMap;
-use crate::element::History;
 use crate::element::geometry::Geometry;
+use crate::element::undeformed;
 use crate::material::PointMaterial;
 use crate::mesh::Mesh;
 use crate::parameters::{MaterialParameters, MeshKind, MeshPreset, OgdenParameters};
@@ -30,7 +30,7 @@ fn block(
         geometry: &Geometry::new(&mesh),
         map: &AssemblyMap::new(&mesh),
         material: &PointMaterial::new(material),
-        history: &History::undeformed(mesh.elements.len(), material.branches.len()),
+        history: &undeformed(mesh.elements.len(), material.branches.len()),
         mesh: &mesh,
         x: &x,
         touched: &touched,

@@ -22,6 +22,8 @@ pub enum Condition {
 /// A node that slides along a face which is inclined or holds it back by friction.
 #[derive(Debug, Clone, Copy)]
 pub struct Slide {
+    /// Its place on the surface, from the axis outwards.
+    pub node: usize,
     /// Unknown `u_r`; `u_z` follows.
     pub radial: usize,
     /// Distance from the axis in the undeformed sample (m).
@@ -39,6 +41,8 @@ pub struct Guide {
     pub ratio: f64,
     /// Change of that with `u_r` (1/m).
     pub ratio_slope: f64,
+    /// Change of that with the friction [-].
+    pub ratio_by_friction: f64,
     /// The face.
     pub face: Face,
 }
@@ -51,10 +55,12 @@ impl Slide {
     pub fn at(&self, profile: &Profile, x: &[f64]) -> Guide {
         let face = profile.at(self.radius + x[self.radial]);
         // Friction that jams the node on a steep flank holds it as if the flank were just not so steep.
-        let rest = (1.0 - self.friction * face.slope).max(LEAST_GLIDE);
+        let free = 1.0 - self.friction * face.slope;
+        let rest = free.max(LEAST_GLIDE);
         let ratio = (face.slope + self.friction) / rest;
         let ratio_slope = face.curvature * (1.0 + self.friction * self.friction) / (rest * rest);
-        Guide { ratio, ratio_slope, face }
+        let ratio_by_friction = (1.0 + if free > LEAST_GLIDE { ratio * face.slope } else { 0.0 }) / rest;
+        Guide { ratio, ratio_slope, ratio_by_friction, face }
     }
 }
 
@@ -143,6 +149,11 @@ impl Conditions {
         -self.punch.iter().map(|&unknown| raw_residual[unknown]).sum::<f64>() - self.free_pull
     }
 
+    /// Adhesive pull on an axial unknown (N).
+    pub fn pull(&self, axial: usize) -> f64 {
+        self.pulls.iter().find(|(unknown, _)| *unknown == axial).map_or(0.0, |(_, pull)| *pull)
+    }
+
     /// Takes over which nodes are in contact, and where they stick.
     pub fn apply(&mut self, surface: &Surface, contact: &Contact) {
         self.punch.clear();
@@ -173,7 +184,7 @@ impl Conditions {
                     if friction != 0.0 || !surface.profile().is_flat() {
                         let (radial, radius) = (node.radial, node.radius);
                         let adhesion = surface.cling(index, contact);
-                        self.slides.push(Slide { radial, radius, friction, adhesion });
+                        self.slides.push(Slide { node: index, radial, radius, friction, adhesion });
                     }
                 }
             }

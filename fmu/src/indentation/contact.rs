@@ -15,6 +15,7 @@
 //! for one stage under the shear that it has: the shear spreads in proportion to the pressure, and none is let go.
 
 use super::profile::{Face, Profile};
+use super::yielding::Yield;
 use crate::effect::adhesion;
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
@@ -58,7 +59,7 @@ pub struct Surface {
 }
 
 /// How a corner of the surface is in contact.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
     /// Not at all.
     Open,
@@ -70,8 +71,8 @@ pub enum Status {
     PushedInwards,
     /// Open, but the punch still pulls by adhesion.
     Bridged,
-    /// Slides for one stage with this friction, positive outwards, over its pressure.
-    Yields(f64),
+    /// Slides for one stage under the shear that it has.
+    Yields,
 }
 
 impl Status {
@@ -79,24 +80,34 @@ impl Status {
         !matches!(self, Self::Open | Self::Bridged)
     }
 
-    /// Friction of the punch, positive outwards, over its pressure, for a friction coefficient.
-    fn friction(self, coefficient: f64) -> f64 {
+    /// Direction of full friction, positive outwards.
+    fn direction(self) -> f64 {
         match self {
-            Self::Open | Self::Held | Self::Bridged => 0.0,
-            Self::PushedOutwards => coefficient,
-            Self::PushedInwards => -coefficient,
-            Self::Yields(friction) => friction,
+            Self::Open | Self::Held | Self::Bridged | Self::Yields => 0.0,
+            Self::PushedOutwards => 1.0,
+            Self::PushedInwards => -1.0,
         }
     }
 }
 
 /// Which nodes are in contact, and how.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Contact {
     /// The corners, from the axis outwards.
     pub(super) corners: Vec<Status>,
     /// Radial displacement at which each node stuck when it was last touched (m).
     pub(super) held: Vec<f64>,
+    /// Friction, positive outwards over pressure, under which each corner yields.
+    yielding: Vec<f64>,
+}
+
+/// How the contact goes on after a solution: the part of it that is a choice, not a number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Decision {
+    /// The corners from then on.
+    corners: Vec<Status>,
+    /// Whether the solution may not stand.
+    pub solve_again: bool,
 }
 
 /// Where the surface lies with respect to the punch.
@@ -143,6 +154,13 @@ pub struct Past {
     slid: Vec<bool>,
 }
 
+impl Decision {
+    /// The corners, from the axis outwards.
+    pub fn corners(&self) -> &[Status] {
+        &self.corners
+    }
+}
+
 impl Contact {
     /// Whether a node of the surface is in contact.
     pub fn is_closed(&self, node: usize) -> bool {
@@ -157,7 +175,7 @@ impl Contact {
     }
 
     /// The corners of a patch that are in contact.
-    fn closed(&self, patch: &Range<usize>) -> impl Iterator<Item = usize> + Clone + '_ {
+    pub(super) fn closed(&self, patch: &Range<usize>) -> impl Iterator<Item = usize> + Clone + '_ {
         patch.clone().filter(|&k| self.corners[k].is_closed())
     }
 
@@ -168,8 +186,24 @@ impl Contact {
 
     /// Friction of the punch on a node, positive outwards, over its pressure, for a friction coefficient.
     fn friction(&self, node: usize, coefficient: f64) -> f64 {
-        let [inner, outer] = self.around(node).map(|status| status.friction(coefficient));
-        if outer == 0.0 { inner } else { outer }
+        self.corner_friction(self.rubbing_corner(node, coefficient), coefficient)
+    }
+
+    /// The corner under whose yielding friction a node slides.
+    pub fn yielding_corner(&self, node: usize) -> Option<usize> {
+        // Which corner acts does not depend on the size of the other's friction.
+        Some(self.rubbing_corner(node, 1.0)).filter(|&corner| self.corners[corner] == Status::Yields)
+    }
+
+    /// The corner whose friction acts on a node: the outer one unless it has none.
+    fn rubbing_corner(&self, node: usize, coefficient: f64) -> usize {
+        let (inner, outer) = (node / 2, node.div_ceil(2));
+        if self.corner_friction(outer, coefficient) == 0.0 { inner } else { outer }
+    }
+
+    fn corner_friction(&self, corner: usize, coefficient: f64) -> f64 {
+        let status = self.corners[corner];
+        if status == Status::Yields { self.yielding[corner] } else { status.direction() * coefficient }
     }
 
     /// The corner, twice, or the corners at both sides of a mid-side node.
@@ -184,9 +218,7 @@ impl Contact {
 
     /// Whether the same nodes are in contact, held where they were, or sliding; no patch yields.
     pub fn touches_as(&self, other: &Self) -> bool {
-        let kind = |status: &Status| {
-            (status.is_closed(), *status == Status::Open, matches!(status, Status::Yields(_)))
-        };
+        let kind = |status: &Status| (status.is_closed(), *status == Status::Open, *status == Status::Yields);
         self.corners.iter().map(kind).eq(other.corners.iter().map(kind)) && self.held == other.held
     }
 
@@ -224,6 +256,11 @@ impl Surface {
         Self { nodes, in_mesh_order, profile, adhesion, friction, patches, lengths, sides }
     }
 
+    /// Corners that slide together.
+    pub(super) fn patches(&self) -> &[Range<usize>] {
+        &self.patches
+    }
+
     /// The nodes, from the axis outwards.
     pub fn nodes(&self) -> &[SurfaceNode] {
         &self.nodes
@@ -241,12 +278,16 @@ impl Surface {
         Contact {
             corners: self.nodes.iter().step_by(2).map(status).collect(),
             held: vec![0.0; self.nodes.len()],
+            yielding: vec![0.0; self.lengths.len()],
         }
     }
 
     /// Whether a contact has this surface's number of nodes.
     pub fn fits(&self, contact: &Contact) -> bool {
-        contact.held.len() == self.nodes.len() && contact.corners.len() == self.nodes.len().div_ceil(2)
+        let corners = self.lengths.len();
+        contact.held.len() == self.nodes.len()
+            && contact.corners.len() == corners
+            && contact.yielding.len() == corners
     }
 
     /// Profile of the punch's face.
@@ -265,7 +306,7 @@ impl Surface {
     }
 
     /// The punch's face over a node that is displaced by the unknowns `x`.
-    fn face_over(&self, node: usize, x: &[f64]) -> Face {
+    pub(super) fn face_over(&self, node: usize, x: &[f64]) -> Face {
         let node = &self.nodes[node];
         self.profile.at(node.radius + x[node.radial])
     }
@@ -305,7 +346,7 @@ impl Surface {
 
     /// Radial force and pressure of the punch on a corner, against its hat function (N); `forces` are the nodal
     /// ones.
-    fn hat_reaction(&self, corner: usize, contact: &Contact, forces: &[f64]) -> (f64, f64) {
+    pub(super) fn hat_reaction(&self, corner: usize, contact: &Contact, forces: &[f64]) -> (f64, f64) {
         let middle = 2 * corner;
         let neighbours = [middle.checked_sub(1), Some(middle + 1).filter(|&k| k < self.nodes.len())];
         let (mut radial, mut axial) = (forces[self.nodes[middle].radial], forces[self.nodes[middle].axial]);
@@ -327,7 +368,7 @@ impl Surface {
         let friction = self.friction?;
         let first = contact.closed(patch).next()?;
         match contact.corners[first] {
-            Status::Yields(_) => Some((Status::Held, false)),
+            Status::Yields => Some((Status::Held, false)),
             Status::Held if slid => None,
             Status::Held => self.failure(patch, contact, trial, friction),
             sliding => self.turned(patch, contact, trial, sliding).then_some((Status::Held, false)),
@@ -342,7 +383,7 @@ impl Surface {
             motion += self.lengths[k] * (trial.x[radial] - trial.from[radial]);
             length += self.lengths[k];
         }
-        motion * sliding.friction(1.0) > trial.slack.length * length
+        motion * sliding.direction() > trial.slack.length * length
     }
 
     /// How the bond of a patch that is held fails, as [`Surface::bond`].
@@ -361,7 +402,7 @@ impl Surface {
             patch.start.checked_sub(1).is_some_and(loose) || loose(patch.end) || patch.clone().any(loose);
         let exceeds = shear.abs() > friction * pressure + trial.slack.force;
         match (pulled, exceeds) {
-            (true, false) => Some((Status::Yields(shear / pressure), true)),
+            (true, false) => Some((Status::Yields, true)),
             (_, true) if pulled || at_open_edge => {
                 let outwards = shear > 0.0;
                 Some((if outwards { Status::PushedOutwards } else { Status::PushedInwards }, pulled))
@@ -375,16 +416,16 @@ impl Surface {
         Past { opened: vec![false; self.lengths.len()], slid: vec![false; self.patches.len()] }
     }
 
-    /// Changes the set where corners are pulled, pass through the face, or slide; `false` when the solution may
-    /// stand. A corner that opened within the stage, which `past` tells, does not close again in it, and a patch
-    /// slides at most once. What begins or ends to slide under pressure does so from the next stage on.
-    pub fn change(&self, contact: &mut Contact, trial: &Trial<'_>, past: &mut Past) -> bool {
-        let before = contact.clone();
+    /// Decides which corners open where they are pulled, close where they pass through the face, or slide. A corner
+    /// that opened within the stage, which `past` tells, does not close again in it, and a patch slides at most
+    /// once. What begins or ends to slide under pressure does so from the next stage on.
+    pub fn decide(&self, before: &Contact, trial: &Trial<'_>, past: &mut Past) -> Decision {
+        let mut corners = before.corners.clone();
         let mut solve_again = false;
         for (patch, slid) in self.patches.iter().zip(&mut past.slid) {
-            if let Some((status, at_once)) = self.bond(patch, &before, trial, *slid) {
+            if let Some((status, at_once)) = self.bond(patch, before, trial, *slid) {
                 for k in before.closed(patch) {
-                    contact.corners[k] = status;
+                    corners[k] = status;
                 }
                 *slid |= status != Status::Held;
                 solve_again |= at_once;
@@ -393,32 +434,49 @@ impl Surface {
                     continue;
                 }
             }
-            let closed = patch.clone().map(|k| contact.corners[k]).find(|status| status.is_closed());
+            let closed = patch.clone().map(|k| corners[k]).find(|status| status.is_closed());
             for k in patch.clone() {
                 let is_open = !before.corners[k].is_closed();
                 let above_face = self.above_tip(k, trial.x) + trial.indentation;
-                if !is_open && self.reaction(k, &before, trial).1 < -trial.slack.force {
-                    contact.corners[k] =
-                        if self.adhesion.is_active() { Status::Bridged } else { Status::Open };
+                if !is_open && self.reaction(k, before, trial).1 < -trial.slack.force {
+                    corners[k] = if self.adhesion.is_active() { Status::Bridged } else { Status::Open };
                     past.opened[k] = true;
                     solve_again = true;
                 } else if before.corners[k] == Status::Bridged && -above_face > self.adhesion.opening {
-                    contact.corners[k] = Status::Open;
+                    corners[k] = Status::Open;
                     past.opened[k] = true;
                     solve_again = true;
                 } else if is_open && !past.opened[k] && above_face > trial.slack.length {
-                    contact.corners[k] = closed.unwrap_or(Status::Held);
+                    corners[k] = closed.unwrap_or(Status::Held);
                     solve_again = true;
                 }
             }
         }
-        // A node that is touched, or no longer slides, sticks where it is.
+        Decision { corners, solve_again }
+    }
+
+    /// The contact after a decision: a node that is touched, or no longer slides, sticks where the solution has it,
+    /// and a patch that begins to yield does so under the shear that it has there.
+    pub fn follow(&self, before: &Contact, decision: &Decision, trial: &Trial<'_>) -> Contact {
+        let mut contact = Contact { corners: decision.corners.clone(), ..before.clone() };
         for (k, node) in self.nodes.iter().enumerate() {
             if contact.is_held(k) && !before.is_held(k) {
                 contact.held[k] = trial.x[node.radial];
             }
         }
-        solve_again
+        for patch in &self.patches {
+            let friction = match self.yields_from(patch, before, &contact) {
+                Yield::No => 0.0,
+                Yield::As(corner) => before.yielding[corner],
+                Yield::Anew => {
+                    let reactions = before.closed(patch).map(|k| self.reaction(k, before, trial));
+                    let (shear, pressure) = reactions.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
+                    shear / pressure
+                }
+            };
+            patch.clone().for_each(|k| contact.yielding[k] = friction);
+        }
+        contact
     }
 }
 

@@ -1,16 +1,10 @@
-//! The two discretisations behind one type: what an instance runs on.
+//! The two discretisations: what an instance runs on.
 
-use super::contact::Touch;
-use super::discretisation::{Discretisation, Patience, Reached};
-use super::sample::Sample;
-use super::step::{State, Stepper};
-use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::{MeshKind, Parameters};
 use crate::solid3d::sample::SolidSample;
-use crate::solid3d::step::{SolidState, SolidStepper};
+use crate::solid3d::step::SolidStepper;
 use crate::solver::multifrontal::StructureError;
-use crate::solver::newton::NewtonFailure;
-use serde::{Deserialize, Serialize};
+use crate::specimen::{Discretisation, Sample, Stepper};
 use std::sync::Arc;
 
 /// A discretised sample, shared by all instances of its geometry and mesh.
@@ -74,105 +68,20 @@ impl Engine {
             }
         }
     }
-}
 
-/// A state of either discretisation.
-// A path keeps its few states behind an `Arc` each.
-#[allow(clippy::large_enum_variant)]
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum EngineState {
-    /// Of the axisymmetric one.
-    Axisymmetric(State),
-    /// Of the quarter cylinder.
-    Paper3d(SolidState),
-}
-
-impl Discretisation for Engine {
-    type State = EngineState;
-
-    fn undeformed(&self, time: f64) -> EngineState {
+    /// What makes the steps.
+    pub fn discretisation(&self) -> &dyn Discretisation {
         match self {
-            Self::Axisymmetric(stepper) => EngineState::Axisymmetric(stepper.undeformed(time)),
-            Self::Paper3d(stepper) => EngineState::Paper3d(stepper.undeformed(time)),
+            Self::Axisymmetric(stepper) => &**stepper,
+            Self::Paper3d(stepper) => &**stepper,
         }
     }
 
-    fn fits(&self, state: &EngineState) -> bool {
-        match (self, state) {
-            (Self::Axisymmetric(stepper), EngineState::Axisymmetric(state)) => stepper.fits(state),
-            (Self::Paper3d(stepper), EngineState::Paper3d(state)) => stepper.fits(state),
-            _ => false,
-        }
-    }
-
-    fn force_scale(&self) -> f64 {
+    /// The same to make them.
+    pub fn discretisation_mut(&mut self) -> &mut dyn Discretisation {
         match self {
-            Self::Axisymmetric(stepper) => stepper.force_scale(),
-            Self::Paper3d(stepper) => stepper.force_scale(),
-        }
-    }
-
-    fn separates(&self) -> bool {
-        match self {
-            Self::Axisymmetric(stepper) => stepper.separates(),
-            Self::Paper3d(stepper) => stepper.separates(),
-        }
-    }
-
-    fn step(
-        &mut self,
-        old: &EngineState,
-        start: f64,
-        velocity: f64,
-        dt: f64,
-        patience: Patience,
-        statistics: &mut Statistics,
-    ) -> Result<EngineState, NewtonFailure> {
-        match (self, old) {
-            (Self::Axisymmetric(stepper), EngineState::Axisymmetric(old)) => stepper
-                .step_with(old, (start, velocity), dt, patience, statistics)
-                .map(EngineState::Axisymmetric),
-            (Self::Paper3d(stepper), EngineState::Paper3d(old)) => {
-                stepper.step(old, start, velocity, dt, statistics).map(EngineState::Paper3d)
-            }
-            _ => Err(NewtonFailure::ForeignState),
-        }
-    }
-}
-
-impl Reached for EngineState {
-    fn time(&self) -> f64 {
-        match self {
-            Self::Axisymmetric(state) => state.time(),
-            Self::Paper3d(state) => state.time(),
-        }
-    }
-
-    fn outputs(&self) -> Outputs {
-        match self {
-            Self::Axisymmetric(state) => state.outputs(),
-            Self::Paper3d(state) => state.outputs(),
-        }
-    }
-
-    fn sensitivities(&self) -> Vec<ForceSensitivity> {
-        match self {
-            Self::Axisymmetric(state) => state.sensitivities(),
-            Self::Paper3d(state) => state.sensitivities(),
-        }
-    }
-
-    fn touch(&self) -> Touch {
-        match self {
-            Self::Axisymmetric(state) => state.touch(),
-            Self::Paper3d(state) => state.touch(),
-        }
-    }
-
-    fn touches_as(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Axisymmetric(a), Self::Axisymmetric(b)) => a.touches_as(b),
-            _ => true,
+            Self::Axisymmetric(stepper) => &mut **stepper,
+            Self::Paper3d(stepper) => &mut **stepper,
         }
     }
 }

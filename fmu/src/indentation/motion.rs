@@ -8,13 +8,12 @@
 //! Off contact the sample is on its own and the punch's velocity does not matter; the steps follow the level of
 //! the surface, and the last one before the punch lands is as long as it takes to touch.
 
-pub use super::discretisation::{Discretisation, Patience, Reached};
 use super::load_cell::LoadCell;
-use super::step::State;
 use crate::effect::EffectParameters;
 use crate::error::StepError;
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
 use crate::parameters::SolverParameters;
+use crate::specimen::{Discretisation, Motion, Patience, State};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -66,24 +65,24 @@ struct Node {
 }
 
 impl Node {
-    fn of(state: &impl Reached) -> Self {
+    fn of(state: &State) -> Self {
         Self {
-            time: state.time(),
-            level: state.touch().level,
-            outputs: state.outputs(),
-            sensitivities: state.sensitivities(),
+            time: state.time,
+            level: state.touch.level,
+            outputs: state.outputs,
+            sensitivities: state.sensitivity.as_ref().map(|s| s.forces.clone()).unwrap_or_default(),
         }
     }
 }
 
 /// The integrated path: the last two states and the nodes to interpolate between.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Path<S = State> {
+pub struct Path {
     piece: Piece,
     /// Start of the step that covers the present time.
-    base: Arc<S>,
+    base: Arc<State>,
     /// Its end, when the present lies inside it.
-    ahead: Option<Arc<S>>,
+    ahead: Option<Arc<State>>,
     /// Results at the last few step ends of this piece, oldest first.
     nodes: Vec<Node>,
     /// Since when the response is smooth: the last change of velocity or of contact (s).
@@ -96,13 +95,13 @@ pub struct Path<S = State> {
     deepest: f64,
 }
 
-impl<S: Reached> Path<S> {
+impl Path {
     /// Contact begins at `time` (s) with displacement zero.
-    pub fn touch(stepper: &impl Discretisation<State = S>, time: f64) -> Self {
+    pub fn touch(stepper: &dyn Discretisation, time: f64) -> Self {
         let base = Arc::new(stepper.undeformed(time));
         Self {
             piece: Piece { start_time: time, start: 0.0, velocity: 0.0 },
-            nodes: vec![Node::of(&*base)],
+            nodes: vec![Node::of(&base)],
             base,
             ahead: None,
             origin: time,
@@ -116,12 +115,12 @@ impl<S: Reached> Path<S> {
 
     /// The same path with the load cell that the effects describe.
     pub fn with_load_cell(mut self, effect: &EffectParameters) -> Self {
-        self.cell = LoadCell::at_rest(effect, self.base.time());
+        self.cell = LoadCell::at_rest(effect, self.base.time);
         self
     }
 
     /// Whether the state belongs to the stepper's mesh and material.
-    pub fn fits(&self, stepper: &impl Discretisation<State = S>) -> bool {
+    pub fn fits(&self, stepper: &dyn Discretisation) -> bool {
         stepper.fits(&self.base) && self.ahead.as_ref().is_none_or(|a| stepper.fits(a))
     }
 
@@ -132,7 +131,7 @@ impl<S: Reached> Path<S> {
     #[allow(clippy::too_many_arguments)]
     pub fn advance(
         &mut self,
-        stepper: &mut impl Discretisation<State = S>,
+        stepper: &mut dyn Discretisation,
         solver: &SolverParameters,
         punch_radius: f64,
         (now, from): (f64, f64),
@@ -145,22 +144,22 @@ impl<S: Reached> Path<S> {
             if !self.stays_free(&piece) {
                 self.settle(stepper, now, statistics)?;
             }
-            if self.base.touch().in_contact {
+            if self.base.touch.in_contact {
                 let change = (velocity - self.piece.velocity).abs();
                 // Half the first communication step at most: between the first two nodes there is only a line.
                 self.first_step = (solver.initial_increment / change).min(0.5 * (end - now));
                 self.next_step = self.next_step.min(self.first_step);
-                self.start_anew(Node { time: now, ..Node::of(&*self.base) });
+                self.start_anew(Node { time: now, ..Node::of(&self.base) });
             }
             self.piece = piece;
         }
         let longest = (MAX_TRAVEL * punch_radius / velocity.abs()).min(solver.max_step);
-        while self.ahead.as_ref().unwrap_or(&self.base).time() < end * (1.0 - 1e-14) {
+        while self.ahead.as_ref().unwrap_or(&self.base).time < end * (1.0 - 1e-14) {
             if let Some(ahead) = self.ahead.take() {
-                self.follow(ahead.time());
+                self.follow(ahead.time);
                 self.base = ahead;
             }
-            if self.base.touch().in_contact || self.lands(solver, end) {
+            if self.base.touch.in_contact || self.lands(solver, end) {
                 self.next_step = self.next_step.min(longest);
                 self.step_ahead(stepper, solver, statistics)?;
             } else {
@@ -210,30 +209,23 @@ impl<S: Reached> Path<S> {
     ///
     /// # Errors
     /// [`StepError::NoConvergence`].
-    pub fn state_at(
-        &self,
-        stepper: &mut impl Discretisation<State = S>,
-        time: f64,
-    ) -> Result<Arc<S>, StepError>
-    where
-        S: Clone,
-    {
+    pub fn state_at(&self, stepper: &mut dyn Discretisation, time: f64) -> Result<Arc<State>, StepError> {
         let mut beside = self.clone();
         beside.settle(stepper, time, &mut Statistics::default())?;
         Ok(beside.base)
     }
 
     /// Distance from the punch to where it would touch the surface (m).
-    fn gap(&self, state: &S) -> f64 {
-        state.touch().clearance - self.piece.position(state.time())
+    fn gap(&self, state: &State) -> f64 {
+        state.touch.clearance - self.piece.position(state.time)
     }
 
     /// Whether the punch touches nothing on a new piece of its path as far as the states go.
     fn stays_free(&self, piece: &Piece) -> bool {
         let states = || std::iter::once(&self.base).chain(&self.ahead);
         let lowest =
-            states().map(|s| piece.position(s.time().max(piece.start_time))).fold(piece.start, f64::max);
-        states().all(|s| !s.touch().in_contact && s.touch().clearance > lowest)
+            states().map(|s| piece.position(s.time.max(piece.start_time))).fold(piece.start, f64::max);
+        states().all(|s| !s.touch.in_contact && s.touch.clearance > lowest)
     }
 
     /// Whether the punch, which was off contact, is at the surface; the steps then start small.
@@ -241,7 +233,7 @@ impl<S: Reached> Path<S> {
         if self.gap(&self.base) > LANDED * solver.initial_increment {
             return false;
         }
-        let (node, velocity) = (Node::of(&*self.base), self.piece.velocity.max(0.0));
+        let (node, velocity) = (Node::of(&self.base), self.piece.velocity.max(0.0));
         self.first_step =
             (solver.initial_increment / velocity).min(0.5 * (end - node.time)).min(self.next_step);
         self.next_step = self.first_step;
@@ -252,28 +244,28 @@ impl<S: Reached> Path<S> {
     /// Makes `base` the state at `now`.
     fn settle(
         &mut self,
-        stepper: &mut impl Discretisation<State = S>,
+        stepper: &mut dyn Discretisation,
         now: f64,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
         self.follow(now);
         if let Some(ahead) = self.ahead.take() {
-            if (ahead.time() - now).abs() <= 1e-12 * now.abs() {
+            if (ahead.time - now).abs() <= 1e-12 * now.abs() {
                 self.base = ahead;
             } else {
                 // The last node lies ahead of the change of velocity and never happens.
                 self.nodes.pop();
             }
         }
-        let unsettled = self.base.time() < now * (1.0 - 1e-14);
-        while self.base.time() < now * (1.0 - 1e-14) {
-            let mut dt = now - self.base.time();
+        let unsettled = self.base.time < now * (1.0 - 1e-14);
+        while self.base.time < now * (1.0 - 1e-14) {
+            let mut dt = now - self.base.time;
             let (start, velocity) = self.motion();
             let state = self.attempt(stepper, (start, velocity), &mut dt, statistics)?;
             self.base = Arc::new(state);
         }
         if unsettled {
-            let node = Node::of(&*self.base);
+            let node = Node::of(&self.base);
             if self.nodes.is_empty() { self.start_anew(node) } else { self.keep(node) }
         }
         Ok(())
@@ -281,8 +273,8 @@ impl<S: Reached> Path<S> {
 
     /// Position and velocity of the punch from `base` on; off contact it is far away.
     fn motion(&self) -> (f64, f64) {
-        if self.base.touch().in_contact {
-            (self.piece.position(self.base.time()), self.piece.velocity)
+        if self.base.touch.in_contact {
+            (self.piece.position(self.base.time), self.piece.velocity)
         } else {
             (AWAY, 0.0)
         }
@@ -291,15 +283,15 @@ impl<S: Reached> Path<S> {
     /// One step beyond `base` in contact, with error control.
     fn step_ahead(
         &mut self,
-        stepper: &mut impl Discretisation<State = S>,
+        stepper: &mut dyn Discretisation,
         solver: &SolverParameters,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
         let mut dt = self.next_step;
-        let motion = (self.piece.position(self.base.time()), self.piece.velocity);
+        let motion = (self.piece.position(self.base.time), self.piece.velocity);
         loop {
             let state = self.attempt(stepper, motion, &mut dt, statistics)?;
-            let force = state.outputs().force;
+            let force = state.outputs.force;
             let scale = force.abs().max(0.1 * self.largest_force).max(1e-3 * stepper.force_scale());
             let misfit = self.misfit(&state, force, |node| node.outputs.force);
             let error = misfit.map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
@@ -312,7 +304,7 @@ impl<S: Reached> Path<S> {
                 continue;
             }
             self.largest_force = self.largest_force.max(force.abs());
-            self.deepest = self.deepest.max(state.outputs().displacement);
+            self.deepest = self.deepest.max(state.outputs.displacement);
             self.accept(state, dt, error, statistics);
             return Ok(());
         }
@@ -321,7 +313,7 @@ impl<S: Reached> Path<S> {
     /// One step beyond `base` off contact, which ends where the punch lands at the latest.
     fn fly(
         &mut self,
-        stepper: &mut impl Discretisation<State = S>,
+        stepper: &mut dyn Discretisation,
         solver: &SolverParameters,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
@@ -333,7 +325,7 @@ impl<S: Reached> Path<S> {
         let scale = self.deepest.max(solver.initial_increment);
         loop {
             let state = self.attempt(stepper, (AWAY, 0.0), &mut dt, statistics)?;
-            let misfit = self.misfit(&state, state.touch().level, |node| node.level);
+            let misfit = self.misfit(&state, state.touch.level, |node| node.level);
             let error = misfit.map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
             if let Some(error) = error.filter(|&e| e > REJECT && dt > MIN_FRACTION * self.first_step) {
                 statistics.cuts += 1;
@@ -352,12 +344,12 @@ impl<S: Reached> Path<S> {
     }
 
     /// Takes a state as the next one.
-    fn accept(&mut self, state: S, dt: f64, error: Option<f64>, statistics: &mut Statistics) {
+    fn accept(&mut self, state: State, dt: f64, error: Option<f64>, statistics: &mut Statistics) {
         let growth = error.map_or(MAX_GROWTH, |e| (0.9 / e.cbrt()).clamp(MAX_SHRINK, MAX_GROWTH));
         statistics.steps += 1;
         self.next_step = dt * growth;
         if !state.touches_as(&self.base) {
-            let before = Node::of(&*self.base);
+            let before = Node::of(&self.base);
             self.start_anew(before);
         }
         self.keep(Node::of(&state));
@@ -375,22 +367,22 @@ impl<S: Reached> Path<S> {
     /// converges.
     fn attempt(
         &self,
-        stepper: &mut impl Discretisation<State = S>,
+        stepper: &mut dyn Discretisation,
         (start, velocity): (f64, f64),
         dt: &mut f64,
         statistics: &mut Statistics,
-    ) -> Result<S, StepError> {
+    ) -> Result<State, StepError> {
         let base = &self.base;
         loop {
             let patience = if *dt < SHORT * self.first_step { Patience::Much } else { Patience::Little };
-            match stepper.step(base, start, velocity, *dt, patience, statistics) {
-                Ok(state) => return Ok(state),
+            match stepper.step(base, Motion { start, velocity }, *dt, patience, statistics) {
+                Ok(step) => return Ok(step.state),
                 Err(reason) => {
                     statistics.cuts += 1;
                     *dt *= 0.25;
                     if *dt < MIN_FRACTION * self.first_step {
                         return Err(StepError::NoConvergence {
-                            time: base.time(),
+                            time: base.time,
                             step_size: *dt,
                             reason: reason.to_string(),
                         });
@@ -401,13 +393,13 @@ impl<S: Reached> Path<S> {
     }
 
     /// Difference between a new value and the one extrapolated from those of the last nodes.
-    fn misfit(&self, state: &S, value: f64, of: impl Fn(&Node) -> f64) -> Option<f64> {
+    fn misfit(&self, state: &State, value: f64, of: impl Fn(&Node) -> f64) -> Option<f64> {
         let known = &self.nodes[self.nodes.len().saturating_sub(NODES - 1)..];
         if known.len() < 2 {
             return None;
         }
         let extrapolated: f64 =
-            self.weights(known, state.time()).iter().zip(known).map(|(w, n)| w * of(n)).sum();
+            self.weights(known, state.time).iter().zip(known).map(|(w, n)| w * of(n)).sum();
         Some((value - extrapolated).abs())
     }
 

@@ -2,39 +2,27 @@
 //!
 //! With `x_cell = T x`, a cell adds `T^T R` to the residual and `T^T K T` to the tangent.
 
+use super::IDENTITY;
 use super::geometry::Geometry;
 use super::kernel::{self, CellSystem, PointState};
 use super::mesh::Mesh;
 use super::point::SolidMaterial;
 use super::shape::{CORNER_NODES, NODES, POINTS, UNKNOWNS};
-use super::{IDENTITY, Voigt};
-use crate::element::Inadmissible;
+use crate::element::{History, Inadmissible};
 use crate::solver::pattern::CscPattern;
-use serde::{Deserialize, Serialize};
 
-/// History of all integration points at one time.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct History {
-    /// J, cell by cell and point by point.
-    pub jacobian: Vec<f64>,
-    /// `Cv^-1`, branch by branch at every point.
-    pub cv_inverse: Vec<Voigt>,
+/// History of the undeformed state of a mesh of hexahedra.
+pub fn undeformed(cells: usize, branches: usize) -> History {
+    History::undeformed(cells * POINTS, branches, &IDENTITY)
 }
 
-impl History {
-    /// The undeformed state.
-    pub fn undeformed(cells: usize, branches: usize) -> Self {
-        Self { jacobian: vec![1.0; cells * POINTS], cv_inverse: vec![IDENTITY; cells * POINTS * branches] }
-    }
-
-    /// History of one cell.
-    #[inline]
-    pub fn cell(&self, cell: usize, branches: usize) -> PointState<'_> {
-        let first = cell * POINTS;
-        PointState {
-            jacobian: &self.jacobian[first..first + POINTS],
-            cv_inverse: &self.cv_inverse[first * branches..(first + POINTS) * branches],
-        }
+/// History of one cell.
+#[inline]
+pub fn cell_history(history: &History, cell: usize, branches: usize) -> PointState<'_> {
+    let first = cell * POINTS;
+    PointState {
+        jacobian: &history.jacobian[first..first + POINTS],
+        cv_inverse: &history.tensors()[first * branches..(first + POINTS) * branches],
     }
 }
 
@@ -240,8 +228,15 @@ pub fn assemble(
     let mut condensed = Condensed::default();
     for (cell, points) in geometry.cells.iter().enumerate() {
         let x_c = map.gather(cell, x);
-        kernel::evaluate(points, material, &x_c, old.cell(cell, material.branches()), dt, &mut system)
-            .ok_or(Inadmissible { element: cell })?;
+        kernel::evaluate(
+            points,
+            material,
+            &x_c,
+            cell_history(old, cell, material.branches()),
+            dt,
+            &mut system,
+        )
+        .ok_or(Inadmissible { element: cell })?;
         map.scatter(cell, &system, &mut condensed, residual, values);
     }
     Ok(())

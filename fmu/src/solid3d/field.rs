@@ -1,12 +1,12 @@
 //! Integrals and history over a converged solution; all sums are those of the whole sample.
 
-use super::assembly::{AssemblyMap, History};
+use super::assembly::{AssemblyMap, cell_history};
 use super::geometry::{FacePoint, Geometry};
 use super::kernel::Point;
 use super::point::{SolidMaterial, inverse};
 use super::shape::{GAUSS_POINTS, POINTS, VOLUMETRIC_POINTS, gauss_lagrange, volumetric_lagrange};
-use crate::element::Inadmissible;
 use crate::element::field::Integrals;
+use crate::element::{History, Inadmissible};
 
 /// Quarters per sample.
 pub const QUARTERS: f64 = 4.0;
@@ -42,7 +42,7 @@ pub fn update(
             let at = cell * POINTS + k;
             let range = at * branches..(at + 1) * branches;
             let energetics = material
-                .update(&point.f, &old.cv_inverse[range.clone()], dt, reach, &mut new.cv_inverse[range])
+                .update(&point.f, &old.tensors()[range.clone()], dt, reach, &mut new.tensors_mut()[range])
                 .ok_or(failed)?;
             let j = point.jacobian;
             new.jacobian[at] = old.jacobian[at] + reach * (j - old.jacobian[at]);
@@ -79,7 +79,7 @@ pub fn face_forces(
         let cell = face[0].cell;
         let failed = Inadmissible { element: cell };
         let x_c = map.gather(cell, x);
-        let history = old.cell(cell, branches);
+        let history = cell_history(old, cell, branches);
         // Cauchy stress of the skeleton on a horizontal face (zx, yz, zz) at the Gauss points.
         let mut skeleton = [[0.0; 3]; POINTS];
         for (k, (place, shape)) in geometry.cells[cell].points.iter().zip(&*GAUSS_POINTS).enumerate() {

@@ -1,37 +1,22 @@
-//! One time step of the quarter cylinder under the punch: the stages of [`crate::solver::scheme`].
+//! One implicit stage of the quarter cylinder under the punch.
 
-use super::assembly::{History, assemble};
+use super::assembly::{assemble, undeformed};
 use super::boundary::Conditions;
 use super::field::{self, QUARTERS};
 use super::linear::FrozenSolver;
 use super::newton::{self, Workspace};
 use super::point::SolidMaterial;
 use super::sample::SolidSample;
+use crate::element::History;
 use crate::indentation::boundary::Condition;
-use crate::indentation::contact::Touch;
-use crate::indentation::discretisation::{Discretisation, Patience, Reached};
-use crate::indentation::trend::Trend;
-use crate::outputs::{ForceSensitivity, Outputs, Statistics};
+use crate::indentation::contact::{Contact, Touch};
+use crate::outputs::{Outputs, Statistics};
 use crate::parameters::{Parameters, TimeScheme};
 use crate::solver::newton::{NewtonFailure, System};
-use crate::solver::scheme::stages;
-use serde::{Deserialize, Serialize};
+use crate::specimen::step::{Found, Start, Task};
+use crate::specimen::trend::Trend;
+use crate::specimen::{Discretisation, State};
 use std::sync::Arc;
-
-/// The sample at one time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SolidState {
-    /// Time (s).
-    pub time: f64,
-    /// Unknowns: displacements (m) and pressures (Pa).
-    pub x: Vec<f64>,
-    /// Their motion over the last stages.
-    pub trend: Trend,
-    /// History at the integration points.
-    pub history: History,
-    /// Results for the whole sample.
-    pub outputs: Outputs,
-}
 
 /// Advances states; holds the memory and factors of one instance.
 pub struct SolidStepper {
@@ -47,7 +32,6 @@ pub struct SolidStepper {
     column_scale: Vec<f64>,
     linear: FrozenSolver,
     work: Workspace,
-    stage_history: History,
     raw_residual: Vec<f64>,
     residual_norms: Vec<f64>,
 }
@@ -73,28 +57,10 @@ impl SolidStepper {
             column_scale: sample.mesh.pressure_mask().into_iter().map(scale).collect(),
             linear: FrozenSolver::new(sample.symbolic.clone()),
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
-            stage_history: History::undeformed(sample.mesh.cells.len(), m.branches.len()),
             raw_residual: vec![0.0; unknowns],
             residual_norms: Vec::new(),
             sample,
         }
-    }
-
-    /// The undeformed sample.
-    pub fn undeformed(&self, time: f64) -> SolidState {
-        let unknowns = self.sample.mesh.unknowns();
-        SolidState {
-            time,
-            x: vec![0.0; unknowns],
-            trend: Trend::at_rest(unknowns),
-            history: History::undeformed(self.sample.mesh.cells.len(), self.material.branches()),
-            outputs: Outputs::default(),
-        }
-    }
-
-    /// A force that matters (N): the stress scale over the punch's area.
-    pub fn force_scale(&self) -> f64 {
-        self.stress_scale * self.length_scale * self.length_scale
     }
 
     /// Norms of the dimensionless residual in the iterations of the last stage.
@@ -107,90 +73,12 @@ impl SolidStepper {
         self.linear.iterations()
     }
 
-    /// Whether a state has this stepper's numbers of unknowns and history tensors.
-    pub fn fits(&self, state: &SolidState) -> bool {
-        state.x.len() == self.column_scale.len()
-            && state.trend.unknowns() == state.x.len()
-            && state.history.jacobian.len() == self.stage_history.jacobian.len()
-            && state.history.cv_inverse.len() == self.stage_history.cv_inverse.len()
-    }
-
-    /// The state `dt` later, the punch moving from `start` (m) at `velocity` (m/s).
-    ///
-    /// # Errors
-    /// Why a stage has no solution.
-    pub fn step(
-        &mut self,
-        old: &SolidState,
-        start: f64,
-        velocity: f64,
-        dt: f64,
-        statistics: &mut Statistics,
-    ) -> Result<SolidState, NewtonFailure> {
-        let mut new = old.clone();
-        new.time = old.time + dt;
-        self.stage_history.clone_from(&old.history);
-        let stages = stages(self.scheme);
-        for (index, stage) in stages.iter().enumerate() {
-            let reached = index.checked_sub(1).map_or(0.0, |k| stages[k].time);
-            let ahead = (stage.time - reached) * dt;
-            let length = stage.fraction * dt;
-            let indentation = start + velocity * stage.time * dt;
-            let from = new.x.clone();
-            new.trend.extrapolate(&mut new.x, ahead);
-            let mut solved = self.solve(&mut new.x, length, indentation, statistics);
-            if solved.is_err() && new.x != from {
-                // The extrapolation may have been the reason.
-                new.x.clone_from(&from);
-                solved = self.solve(&mut new.x, length, indentation, statistics);
-            }
-            solved?;
-            new.trend.note(&from, &new.x, ahead);
-            let last = index + 1 == stages.len();
-            let punch = self.conditions.punch.iter();
-            let reaction = -QUARTERS * punch.map(|&u| self.raw_residual[u]).sum::<f64>();
-            let SolidSample { geometry, map, .. } = &*self.sample;
-            let (material, history) = (&self.material, &self.stage_history);
-            let o = &mut new.outputs;
-            if last {
-                (o.force_fluid, o.force_traction) =
-                    field::face_forces(geometry, map, material, &new.x, history, length)?;
-            }
-            let integrals = field::update(
-                geometry,
-                map,
-                material,
-                &new.x,
-                history,
-                length,
-                stage.reach,
-                &mut new.history,
-            )?;
-            std::mem::swap(&mut self.stage_history, &mut new.history);
-            o.viscous_dissipation_rate = integrals.viscous_dissipation_rate;
-            o.porous_dissipation_rate = integrals.porous_dissipation_rate;
-            o.viscous_dissipation += stage.weight * dt * integrals.viscous_dissipation_rate;
-            o.porous_dissipation += stage.weight * dt * integrals.porous_dissipation_rate;
-            o.external_work += stage.weight * dt * velocity * reaction;
-            if last {
-                o.displacement = indentation;
-                o.force = reaction;
-                o.force_specimen = reaction;
-                o.force_solid = reaction - o.force_fluid;
-                o.stored_energy = integrals.stored_energy;
-                o.fluid_expelled = -integrals.volume_change;
-            }
-        }
-        std::mem::swap(&mut self.stage_history, &mut new.history);
-        Ok(new)
-    }
-
-    /// Solves one stage from `stage_history` and leaves the nodal forces in `raw_residual`.
-    fn solve(
+    /// Newton's method on one stage; leaves the nodal forces in `raw_residual`.
+    fn equilibrate(
         &mut self,
         x: &mut [f64],
-        dt: f64,
-        indentation: f64,
+        history: &History,
+        task: &Task<'_>,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let mut system = StageSystem {
@@ -199,9 +87,9 @@ impl SolidStepper {
             conditions: &self.conditions,
             column_scale: &self.column_scale,
             energy_scale: self.stress_scale * self.length_scale.powi(3),
-            history: &self.stage_history,
-            dt,
-            indentation,
+            history,
+            dt: task.length,
+            displacement: task.displacement,
             raw_residual: &mut self.raw_residual,
         };
         self.residual_norms = newton::solve(
@@ -227,7 +115,7 @@ struct StageSystem<'a> {
     energy_scale: f64,
     history: &'a History,
     dt: f64,
-    indentation: f64,
+    displacement: f64,
     raw_residual: &'a mut [f64],
 }
 
@@ -263,7 +151,7 @@ impl System for StageSystem<'_> {
                     square += *r * *r;
                 }
                 Condition::Fixed => *r = x[unknown] / scale,
-                Condition::Punch => *r = (x[unknown] + self.indentation) / scale,
+                Condition::Punch => *r = (x[unknown] + self.displacement) / scale,
             }
         }
         Ok(square.sqrt())
@@ -275,57 +163,79 @@ impl System for StageSystem<'_> {
 }
 
 impl Discretisation for SolidStepper {
-    type State = SolidState;
-
-    fn undeformed(&self, time: f64) -> SolidState {
-        self.undeformed(time)
+    fn undeformed(&self, time: f64) -> State {
+        let unknowns = self.sample.mesh.unknowns();
+        let (x, contact) = (vec![0.0; unknowns], Contact::default());
+        State {
+            time,
+            touch: self.touch(&contact, &x),
+            x,
+            trend: Trend::at_rest(unknowns),
+            history: undeformed(self.sample.mesh.cells.len(), self.material.branches()),
+            contact,
+            outputs: Outputs::default(),
+            sensitivity: None,
+        }
     }
 
-    fn fits(&self, state: &SolidState) -> bool {
-        self.fits(state)
+    fn fits(&self, state: &State) -> bool {
+        let own = self.undeformed(0.0);
+        state.x.len() == own.x.len()
+            && state.trend.unknowns() == own.x.len()
+            && state.history.fits(&own.history)
+            && state.contact == own.contact
+            && state.sensitivity.is_none()
     }
 
     fn force_scale(&self) -> f64 {
-        self.force_scale()
+        self.stress_scale * self.length_scale * self.length_scale
     }
 
     fn separates(&self) -> bool {
         false
     }
 
-    fn step(
-        &mut self,
-        old: &SolidState,
-        start: f64,
-        velocity: f64,
-        dt: f64,
-        _: Patience,
-        statistics: &mut Statistics,
-    ) -> Result<SolidState, NewtonFailure> {
-        self.step(old, start, velocity, dt, statistics)
-    }
-}
-
-impl Reached for SolidState {
-    fn time(&self) -> f64 {
-        self.time
+    fn scheme(&self) -> TimeScheme {
+        self.scheme
     }
 
-    fn outputs(&self) -> Outputs {
-        self.outputs
-    }
-
-    /// Not computed in three dimensions.
-    fn sensitivities(&self) -> Vec<ForceSensitivity> {
-        Vec::new()
+    fn compliance(&self) -> f64 {
+        0.0
     }
 
     /// The punch's face stays where it is put.
-    fn touch(&self) -> Touch {
+    fn touch(&self, _: &Contact, _: &[f64]) -> Touch {
         Touch { in_contact: true, ..Touch::default() }
     }
 
-    fn touches_as(&self, _other: &Self) -> bool {
-        true
+    fn solve(
+        &mut self,
+        start: &Start<'_>,
+        guess: &[f64],
+        task: &Task<'_>,
+        statistics: &mut Statistics,
+    ) -> Result<Found, NewtonFailure> {
+        let mut x = guess.to_vec();
+        self.equilibrate(&mut x, start.history, task, statistics)?;
+        let punch = self.conditions.punch.iter();
+        let reaction = -QUARTERS * punch.map(|&u| self.raw_residual[u]).sum::<f64>();
+        let SolidSample { geometry, map, .. } = &*self.sample;
+        let (material, dt) = (&self.material, task.length);
+        let face = task.is_last.then(|| field::face_forces(geometry, map, material, &x, start.history, dt));
+        let face = face.transpose()?;
+        let mut history = start.history.clone();
+        let integrals =
+            field::update(geometry, map, material, &x, start.history, dt, task.reach, &mut history)?;
+        Ok(Found {
+            x,
+            contact: Contact::default(),
+            next: Contact::default(),
+            decisions: Vec::new(),
+            reaction,
+            face,
+            integrals,
+            history,
+            sensitivity: None,
+        })
     }
 }

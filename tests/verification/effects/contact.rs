@@ -1,12 +1,11 @@
 //! Effects between specimen and punch or support.
 
 use super::{DEPTH, GAP, RAMP, RATE, curve, parameters};
-use poropunch::indentation::sample::Sample;
-use poropunch::indentation::step::Stepper;
 use poropunch::mesh::Mesh;
 use poropunch::parameters::{BoundaryParameters, GeometryParameters};
 use poropunch::protocol::Trapezoid;
-use poropunch::{Instance, Model, Parameters, Statistics, StepError};
+use poropunch::specimen::{Discretisation, Sample, Stepper};
+use poropunch::{Instance, Model, Parameters, StepError};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use tests::poroelastic;
@@ -118,7 +117,7 @@ fn column(drained_bottom: bool, drained_punch: bool, velocity: f64, end: f64) ->
     let dt = end / f64::from(steps);
     for k in 0..steps {
         let start = velocity * dt * f64::from(k);
-        state = stepper.step(&state, start, velocity, dt, &mut Statistics::default()).unwrap();
+        state = tests::step(&mut stepper, &state, (start, velocity), dt);
     }
     state.outputs.force
 }

@@ -29,7 +29,7 @@ fn position(time: f64) -> f64 {
 }
 
 /// Table 1 on the coarse mesh with some variables set by name; Booleans 0 or 1.
-fn parameters(values: &[(&str, f64)]) -> Parameters {
+pub fn parameters(values: &[(&str, f64)]) -> Parameters {
     let mut settings = Settings::default();
     for &(name, value) in [("mesh.preset", 1.0)].iter().chain(values) {
         let (_, variable) = by_name(name).unwrap_or_else(|| panic!("{name}"));

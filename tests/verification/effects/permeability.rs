@@ -1,10 +1,9 @@
 //! Strain-dependent permeability.
 
-use poropunch::indentation::sample::Sample;
-use poropunch::indentation::step::Stepper;
+use poropunch::Parameters;
 use poropunch::mesh::Mesh;
 use poropunch::parameters::{BoundaryParameters, GeometryParameters};
-use poropunch::{Parameters, Statistics};
+use poropunch::specimen::{Discretisation, Sample, Stepper};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use tests::poroelastic;
@@ -43,7 +42,7 @@ fn column(exponent: f64) -> f64 {
     let (dt, velocity) = (END / f64::from(steps), STRAIN * HEIGHT / END);
     for k in 0..steps {
         let start = velocity * dt * f64::from(k);
-        state = stepper.step(&state, start, velocity, dt, &mut Statistics::default()).unwrap();
+        state = tests::step(&mut stepper, &state, (start, velocity), dt);
     }
     state.outputs.force
 }

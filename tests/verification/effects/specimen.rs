@@ -1,11 +1,10 @@
 //! Effects inside the specimen: one drained element against equations that share nothing with it.
 
 use super::{SEEPING, curve, parameters as named};
-use poropunch::indentation::sample::Sample;
-use poropunch::indentation::step::Stepper;
+use poropunch::Parameters;
 use poropunch::mesh::Mesh;
 use poropunch::parameters::TimeScheme;
-use poropunch::{Parameters, Statistics};
+use poropunch::specimen::{Discretisation, Sample, Stepper};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use tests::drained_element;
@@ -30,7 +29,7 @@ fn forces(parameters: &Parameters, strain: impl Fn(f64) -> f64, end: f64, steps:
         .map(|k| {
             let depth = |k: usize| HEIGHT * strain(dt * k as f64);
             let velocity = (depth(k + 1) - depth(k)) / dt;
-            state = stepper.step(&state, depth(k), velocity, dt, &mut Statistics::default()).unwrap();
+            state = tests::step(&mut stepper, &state, (depth(k), velocity), dt);
             state.outputs.force
         })
         .collect()

@@ -1,9 +1,9 @@
 //! One implicit stage as a system of equations for Newton's method.
 
-use super::boundary::{Condition, Conditions, Guide};
-use super::coupling;
-use super::profile::Profile;
 use crate::element::{Body, History, Stage};
+use crate::indentation::boundary::{Condition, Conditions, Guide};
+use crate::indentation::coupling;
+use crate::indentation::profile::Profile;
 use crate::solver::linear::{LinearSolver, Singular};
 use crate::solver::newton::System;
 
@@ -26,7 +26,7 @@ pub(super) struct StageSystem<'a> {
     pub energy_scale: f64,
     pub history: &'a History,
     pub dt: f64,
-    pub indentation: f64,
+    pub displacement: f64,
     pub shear_layer: Option<f64>,
     pub compliance: f64,
     pub profile: &'a Profile,
@@ -44,9 +44,9 @@ impl System for StageSystem<'_> {
         }
         self.raw_residual.copy_from_slice(residual);
         let indentation = if self.compliance == 0.0 {
-            self.indentation
+            self.displacement
         } else {
-            self.indentation - self.compliance * self.conditions.reaction(self.raw_residual)
+            self.displacement - self.compliance * self.conditions.reaction(self.raw_residual)
         };
         for &(axial, pull) in &self.conditions.pulls {
             residual[axial] -= pull;

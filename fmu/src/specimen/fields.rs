@@ -1,6 +1,7 @@
 //! The fields of a state: what the stepper knows, handed over at one time.
 
-use super::step::{State, Stepper};
+use super::state::State;
+use super::stepper::Stepper;
 use crate::fields::{Fields, FieldsError, Matter, extract};
 use crate::material::PointMaterial;
 

@@ -1,0 +1,22 @@
+//! The specimen under the punch: its state, one stage, one step, and their derivatives by the material.
+//!
+//! A step is a sequence of implicit stages ([`step`]). A stage looks for the equilibrium ([`search`]) of the nodes
+//! in contact ([`stage`]), asks the surface whether the same nodes may stay in contact, and solves again until
+//! they may. It returns what it found: nothing of a state changes while it is being solved.
+
+pub mod derivatives;
+mod fields;
+pub mod sample;
+mod search;
+mod stage;
+pub mod state;
+pub mod step;
+pub mod stepper;
+mod system;
+pub mod trend;
+
+pub use derivatives::Sensitivity;
+pub use sample::Sample;
+pub use state::State;
+pub use step::{Discretisation, Motion, Patience, Step};
+pub use stepper::Stepper;

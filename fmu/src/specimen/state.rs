@@ -1,0 +1,36 @@
+//! The specimen at one time.
+
+use super::derivatives::Sensitivity;
+use super::trend::Trend;
+use crate::element::History;
+use crate::indentation::contact::{Contact, Touch};
+use crate::outputs::Outputs;
+use serde::{Deserialize, Serialize};
+
+/// The specimen at one time, of either dimension.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Time (s).
+    pub time: f64,
+    /// Unknowns: displacements (m) and pressures (Pa).
+    pub x: Vec<f64>,
+    /// Their motion over the last stages.
+    pub trend: Trend,
+    /// History at the integration points.
+    pub history: History,
+    /// Which nodes are in contact with the punch from this time on.
+    pub contact: Contact,
+    /// Where the surface lies.
+    pub touch: Touch,
+    /// Results.
+    pub outputs: Outputs,
+    /// Changes with the material's parameters, where they are asked for.
+    pub sensitivity: Option<Sensitivity>,
+}
+
+impl State {
+    /// Whether the same nodes are in contact, held where they were, or sliding; the force then has no kink.
+    pub fn touches_as(&self, other: &Self) -> bool {
+        self.contact.touches_as(&other.contact)
+    }
+}

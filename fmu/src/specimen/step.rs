@@ -1,0 +1,243 @@
+//! One time step: the stages of a scheme, one after the other, in either dimension.
+
+use super::derivatives::Sensitivity;
+use super::state::State;
+use super::trend::Trend;
+use crate::element::History;
+use crate::element::field::Integrals;
+use crate::indentation::contact::{Contact, Decision, Touch};
+use crate::indentation::coupling::machine_energy;
+use crate::outputs::Statistics;
+use crate::parameters::TimeScheme;
+use crate::solver::newton::NewtonFailure;
+use crate::solver::scheme::stages;
+
+/// How long a step may search for its solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Patience {
+    /// A shorter step may find it sooner.
+    Little,
+    /// Shorter steps have not found it either.
+    Much,
+}
+
+/// The punch's motion over a step, at constant velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Displacement at its start (m).
+    pub start: f64,
+    /// Velocity (m/s).
+    pub velocity: f64,
+}
+
+/// What a stage starts from.
+#[derive(Debug, Clone, Copy)]
+pub struct Start<'a> {
+    /// Unknowns.
+    pub x: &'a [f64],
+    /// Nodes in contact.
+    pub contact: &'a Contact,
+    /// History, continued through the stages before.
+    pub history: &'a History,
+    /// Changes with the parameters, where they are asked for.
+    pub sensitivity: Option<&'a Sensitivity>,
+}
+
+/// One implicit stage to be solved.
+#[derive(Debug, Clone, Copy)]
+pub struct Task<'a> {
+    /// Time of its end since the test's start (s).
+    pub time: f64,
+    /// Its length (s).
+    pub length: f64,
+    /// How far the history is continued for the next stage, as [`crate::solver::scheme::Stage::reach`].
+    pub reach: f64,
+    /// Displacement of the punch (m).
+    pub displacement: f64,
+    /// Whether it ends the step.
+    pub is_last: bool,
+    /// How long its solution may be searched for.
+    pub patience: Patience,
+    /// The contact's decisions to follow instead of the surface's own.
+    pub follow: Option<&'a [Decision]>,
+}
+
+/// What a stage found.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// Unknowns.
+    pub x: Vec<f64>,
+    /// Nodes in contact while it was solved.
+    pub contact: Contact,
+    /// Nodes in contact from its end on.
+    pub next: Contact,
+    /// How the contact was decided, solution by solution.
+    pub decisions: Vec<Decision>,
+    /// Force of the punch (N).
+    pub reaction: f64,
+    /// Fluid force and traction integral over the face (N), at the end of a step.
+    pub face: Option<(f64, f64)>,
+    /// Energies and volume.
+    pub integrals: Integrals,
+    /// History from its end on, continued by the stage's reach.
+    pub history: History,
+    /// Changes with the parameters, where they are asked for.
+    pub sensitivity: Option<Sensitivity>,
+}
+
+/// A step that was made.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// The state at its end.
+    pub state: State,
+    /// How the contact was decided, stage by stage.
+    pub decisions: Vec<Vec<Decision>>,
+}
+
+/// A discretised specimen that makes one step at a time.
+pub trait Discretisation {
+    /// The undeformed specimen.
+    fn undeformed(&self, time: f64) -> State;
+
+    /// Whether a state has this discretisation's numbers of unknowns and history tensors.
+    fn fits(&self, state: &State) -> bool;
+
+    /// A force that matters (N): the stress scale over the punch's area.
+    fn force_scale(&self) -> f64;
+
+    /// Whether the punch can leave the specimen; where it cannot, retraction is an error.
+    fn separates(&self) -> bool;
+
+    /// Scheme in time.
+    fn scheme(&self) -> TimeScheme;
+
+    /// Compliance of the machine (m/N).
+    fn compliance(&self) -> f64;
+
+    /// Where the surface lies with the unknowns `x`.
+    fn touch(&self, contact: &Contact, x: &[f64]) -> Touch;
+
+    /// Solves one stage, beginning at `guess`.
+    ///
+    /// # Errors
+    /// Why it has no solution.
+    fn solve(
+        &mut self,
+        start: &Start<'_>,
+        guess: &[f64],
+        task: &Task<'_>,
+        statistics: &mut Statistics,
+    ) -> Result<Found, NewtonFailure>;
+
+    /// The state `dt` (s) later.
+    ///
+    /// # Errors
+    /// Why a stage has no solution.
+    fn step(
+        &mut self,
+        old: &State,
+        motion: Motion,
+        dt: f64,
+        patience: Patience,
+        statistics: &mut Statistics,
+    ) -> Result<Step, NewtonFailure> {
+        advance(self, old, (motion, dt), patience, None, statistics)
+    }
+
+    /// The state `dt` (s) later with the contact's decisions of another step, however the surface would decide.
+    ///
+    /// # Errors
+    /// Why a stage has no solution.
+    fn replay(
+        &mut self,
+        old: &State,
+        motion: Motion,
+        dt: f64,
+        decisions: &[Vec<Decision>],
+        statistics: &mut Statistics,
+    ) -> Result<Step, NewtonFailure> {
+        advance(self, old, (motion, dt), Patience::Much, Some(decisions), statistics)
+    }
+}
+
+fn advance<D: Discretisation + ?Sized>(
+    discretisation: &mut D,
+    old: &State,
+    (motion, dt): (Motion, f64),
+    patience: Patience,
+    follow: Option<&[Vec<Decision>]>,
+    statistics: &mut Statistics,
+) -> Result<Step, NewtonFailure> {
+    let mut outputs = old.outputs;
+    let mut trend = old.trend.clone();
+    let mut decisions = Vec::new();
+    let mut last: Option<Found> = None;
+    let mut reached = 0.0;
+    let stages = stages(discretisation.scheme());
+    for (index, stage) in stages.iter().enumerate() {
+        let start = last.as_ref().map_or_else(|| Start::of(old), Start::after);
+        let ahead = (stage.time - reached) * dt;
+        let task = Task {
+            time: old.time + stage.time * dt,
+            length: stage.fraction * dt,
+            reach: stage.reach,
+            displacement: motion.start + motion.velocity * stage.time * dt,
+            is_last: index + 1 == stages.len(),
+            patience,
+            follow: follow.map(|stages| stages.get(index).map_or(&[][..], Vec::as_slice)),
+        };
+        let mut guess = start.x.to_vec();
+        trend.extrapolate(&mut guess, ahead);
+        let mut found = discretisation.solve(&start, &guess, &task, statistics);
+        if found.is_err() && guess != start.x {
+            // The extrapolation may have been the reason.
+            found = discretisation.solve(&start, start.x, &task, statistics);
+        }
+        let mut found = found?;
+        if found.contact.touches_as(start.contact) {
+            trend.note(start.x, &found.x, ahead);
+        } else {
+            // A velocity that jumps with the contact does not tell where the next stage ends.
+            trend = Trend::at_rest(found.x.len());
+        }
+        let Integrals { viscous_dissipation_rate, porous_dissipation_rate, .. } = found.integrals;
+        outputs.viscous_dissipation_rate = viscous_dissipation_rate;
+        outputs.porous_dissipation_rate = porous_dissipation_rate;
+        outputs.viscous_dissipation += stage.weight * dt * viscous_dissipation_rate;
+        outputs.porous_dissipation += stage.weight * dt * porous_dissipation_rate;
+        outputs.external_work += stage.weight * dt * motion.velocity * found.reaction;
+        outputs.displacement = task.displacement;
+        decisions.push(std::mem::take(&mut found.decisions));
+        reached = stage.time;
+        last = Some(found);
+    }
+    let Some(Found { x, next, reaction, face, integrals, history, sensitivity, .. }) = last else {
+        return Err(NewtonFailure::ForeignState);
+    };
+    (outputs.force_fluid, outputs.force_traction) = face.unwrap_or_default();
+    outputs.force = reaction;
+    outputs.force_specimen = reaction;
+    outputs.force_solid = reaction - outputs.force_fluid;
+    // The machine keeps its own part of the work.
+    let compliance = discretisation.compliance();
+    outputs.external_work -=
+        machine_energy(compliance, reaction) - machine_energy(compliance, old.outputs.force_specimen);
+    outputs.stored_energy = integrals.stored_energy;
+    outputs.fluid_expelled = -integrals.volume_change;
+    let touch = discretisation.touch(&next, &x);
+    let time = old.time + dt;
+    let state = State { time, x, trend, history, contact: next, touch, outputs, sensitivity };
+    Ok(Step { state, decisions })
+}
+
+impl<'a> Start<'a> {
+    fn of(state: &'a State) -> Self {
+        let State { x, contact, history, sensitivity, .. } = state;
+        Self { x, contact, history, sensitivity: sensitivity.as_ref() }
+    }
+
+    fn after(stage: &'a Found) -> Self {
+        let Found { x, next, history, sensitivity, .. } = stage;
+        Self { x, contact: next, history, sensitivity: sensitivity.as_ref() }
+    }
+}
