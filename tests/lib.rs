@@ -1,9 +1,9 @@
 //! Shared helpers of the integration tests.
 
+use poropunch::motion::protocol::Protocol;
 use poropunch::parameters::{
     BoundaryParameters, BranchParameters, GeometryParameters, MaterialParameters, OgdenParameters,
 };
-use poropunch::protocol::Protocol;
 use poropunch::specimen::{Discretisation, Motion, Patience, State};
 use poropunch::{Instance, Model, Outputs, Parameters, Statistics, StepError};
 

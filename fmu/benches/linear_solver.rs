@@ -91,7 +91,7 @@ fn own(growth: f64, divisions: u32, phase: Phase) -> System {
         parameters.material.permeability = 1e-12;
     }
     let sample = Sample::shared(&parameters.geometry, &parameters.mesh).expect("a mesh");
-    let mut stepper = Stepper::new(&parameters, Arc::clone(&sample));
+    let mut stepper = Stepper::new(&parameters.setup(), Arc::clone(&sample));
     let mut state = stepper.undeformed(0.0);
     let mut statistics = Statistics::default();
     let mut go = |velocity: f64, step: f64, steps: usize| {

@@ -5,7 +5,7 @@
 //! ```
 
 use cpu_time::ProcessTime;
-use poropunch::indentation::motion::Path;
+use poropunch::motion::path::Path;
 use poropunch::solid3d::forest::{COARSE, PAPER};
 use poropunch::solid3d::sample::SolidSample;
 use poropunch::solid3d::step::SolidStepper;

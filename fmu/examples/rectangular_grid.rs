@@ -5,8 +5,8 @@
 //! cargo run --release -p poropunch --example rectangular_grid [edge size in mm]...
 //! ```
 
-use poropunch::indentation::motion::Path;
 use poropunch::mesh::Mesh;
+use poropunch::motion::path::Path;
 use poropunch::specimen::Sample;
 use poropunch::specimen::Stepper;
 use poropunch::{Parameters, Statistics};
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         heights.push(h);
         let mesh = Mesh::tensor(&radii, &heights, a);
         let unknowns = mesh.unknowns();
-        let mut stepper = Stepper::new(&parameters, Arc::new(Sample::from_mesh(mesh)?));
+        let mut stepper = Stepper::new(&parameters.setup(), Arc::new(Sample::from_mesh(mesh)?));
         let mut path = Path::touch(&stepper, 0.0);
         let mut statistics = Statistics::default();
         let (ramp, depth) = (1e-3 / 1.6e-3, 1e-3);

@@ -4,8 +4,8 @@
 //! cargo run --release -p poropunch --example six_cycles [P1|P2] [coarse|standard|fine] [cycles] [sensitivities]
 //! ```
 
+use poropunch::motion::protocol::Trapezoid;
 use poropunch::parameters::MeshPreset;
-use poropunch::protocol::Trapezoid;
 use poropunch::{Instance, Model, Parameters};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

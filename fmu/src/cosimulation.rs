@@ -3,7 +3,7 @@
 use crate::fields::{FieldsError, Recorder, RecorderState};
 use crate::hash::fnv1a_128;
 use crate::model_description::guid_number;
-use crate::protocol::{Protocol, ProtocolError};
+use crate::motion::protocol::{Protocol, ProtocolError};
 use crate::variables::{
     Causality, ProtocolSource, Readings, Settings, Value, VariableError, by_name, by_reference,
 };

@@ -1,8 +1,8 @@
 //! The native API: `Model -> Instance`, set displacement, advance, outputs, save and restore.
 
+use crate::engine::{Discretised, Engine};
 use crate::fields::{Fields, FieldsError};
-use crate::indentation::engine::{Discretised, Engine};
-use crate::indentation::motion::Path;
+use crate::motion::Path;
 use crate::outputs::ForceSensitivity;
 use crate::specimen::Discretisation;
 use crate::{Outputs, ParameterError, Parameters, Statistics, StepError};
@@ -142,8 +142,8 @@ impl Instance {
                 return Ok(());
             }
             from = 0.0;
-            let effect = &self.model.parameters.effect;
-            state.path = Some(Path::touch(self.engine.discretisation(), now).with_load_cell(effect));
+            let cell = self.model.parameters.load_cell();
+            state.path = Some(Path::touch(self.engine.discretisation(), now).with_load_cell(&cell));
         }
         let Some(path) = &mut state.path else { return Ok(()) };
         let retraction = StepError::Retraction { time: end, displacement: to };
@@ -172,7 +172,7 @@ impl Instance {
         let mut outputs = self.state.outputs;
         outputs.indentation = outputs.displacement - effect.compliance.per_newton * outputs.force_specimen;
         outputs.displacement -= effect.offset.height;
-        outputs.force = effect.load_cell_drift.reading(outputs.force, self.state.time);
+        outputs.force = self.model.parameters.load_cell().drifted(outputs.force, self.state.time);
         outputs
     }
 
@@ -196,7 +196,7 @@ impl Instance {
     }
 
     /// Derivatives of the force at the present time by the material's parameters, in the order of
-    /// [`crate::material::MaterialParameter::index`]; empty before contact and unless
+    /// [`crate::law::MaterialParameter::index`]; empty before contact and unless
     /// [`crate::parameters::SolverParameters::sensitivities`] asks for them.
     pub fn sensitivities(&self) -> Vec<ForceSensitivity> {
         let state = &self.state;

@@ -12,21 +12,25 @@
 // Tensor formulae are read by their indices.
 #![allow(clippy::needless_range_loop)]
 
+mod builder;
+pub mod contact;
 pub mod cosimulation;
 pub mod effect;
 pub mod element;
+pub mod engine;
 pub mod error;
 pub mod fields;
 mod hash;
-pub mod indentation;
 pub mod instance;
-pub mod material;
+pub mod law;
+pub mod machine;
 pub mod mesh;
 pub mod model_description;
+pub mod motion;
 pub mod number;
 pub mod outputs;
 pub mod parameters;
-pub mod protocol;
+pub mod sensor;
 pub mod solid3d;
 pub mod solver;
 pub mod specimen;
@@ -35,6 +39,6 @@ pub mod variables;
 pub use error::{ParameterError, StepError};
 pub use fields::{Fields, FieldsError};
 pub use instance::{Instance, Model, Snapshot};
+pub use motion::protocol::{Protocol, Trapezoid};
 pub use outputs::{ForceSensitivity, Outputs, Statistics};
 pub use parameters::Parameters;
-pub use protocol::{Protocol, Trapezoid};

@@ -1,7 +1,7 @@
 //! `modelDescription.xml` (FMI 2.0 co-simulation), written from the variable table.
 
 use crate::hash::fnv1a_128;
-use crate::protocol::Trapezoid;
+use crate::motion::protocol::Trapezoid;
 use crate::variables::{Causality, Enumeration, Kind, Value, Variability, Variable, table, units};
 use std::fmt::Write as _;
 use std::sync::LazyLock;

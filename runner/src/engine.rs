@@ -5,7 +5,7 @@ use crate::fmi::{FmiError, Fmu};
 use crate::pool::run::WeakRun;
 use crate::pool::wiring::{Names, Wiring, WiringError};
 use crate::pool::{FmuSimulator, Job, Pool, Priority, Run, RunFailure, Simulator};
-use poropunch::protocol::Protocol;
+use poropunch::motion::protocol::Protocol;
 use poropunch::variables::sensitivities;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};

@@ -39,7 +39,7 @@ fn column(layers: usize, scheme: TimeScheme) -> Stepper {
     parameters.solver.newton_tolerance = 1e-13;
     let heights: Vec<f64> = (0..=layers).map(|k| HEIGHT * k as f64 / layers as f64).collect();
     let mesh = Mesh::tensor(&[0.0, RADIUS], &heights, RADIUS);
-    Stepper::new(&parameters, Arc::new(Sample::from_mesh(mesh).unwrap()))
+    Stepper::new(&parameters.setup(), Arc::new(Sample::from_mesh(mesh).unwrap()))
 }
 
 /// Force of the column pressed at constant velocity, from the diffusion of displacement:

@@ -1,8 +1,8 @@
 //! Unilateral contact: the punch separates, stays away and touches again.
 
-use poropunch::indentation::contact::Status;
+use poropunch::contact::surface::Status;
+use poropunch::motion::protocol::{Protocol, Trapezoid};
 use poropunch::parameters::MeshPreset;
-use poropunch::protocol::{Protocol, Trapezoid};
 use poropunch::specimen::{Discretisation, Motion, Patience, Sample, Stepper};
 use poropunch::{Instance, Model, Outputs, Parameters, Statistics, StepError};
 use runner::data::{Wanted, protocol_of, read};
@@ -213,7 +213,7 @@ fn the_first_cycle_is_that_of_prescribed_displacements() {
 fn residuals_are_below_the_tolerance_while_peeling() {
     let parameters = coarse();
     let sample = Sample::shared(&parameters.geometry, &parameters.mesh).unwrap();
-    let mut stepper = Stepper::new(&parameters, sample);
+    let mut stepper = Stepper::new(&parameters.setup(), sample);
     let mut state = stepper.undeformed(0.0);
     let (mut at, mut opened, mut statistics) = (0.0, false, Statistics::default());
     for (to, velocity, largest) in [(DEPTH, 1.6e-3, 1e-5), (DEPTH, 0.0, 5.0), (0.0, -1e-3, 1e-5)] {

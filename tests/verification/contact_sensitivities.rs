@@ -6,11 +6,11 @@
 //! derivatives are judged; what is left depends smoothly on the parameters, and differences can be small.
 
 use crate::sensitivities::value;
-use poropunch::indentation::contact::{Contact, Decision, Status, Touch};
-use poropunch::indentation::motion::Path;
-use poropunch::material::{MaterialParameter, Spring};
+use poropunch::contact::surface::{Contact, Decision, Status, Touch};
+use poropunch::law::{MaterialParameter, Spring};
+use poropunch::motion::path::Path;
+use poropunch::motion::protocol::Trapezoid;
 use poropunch::parameters::{MeshPreset, TimeScheme};
-use poropunch::protocol::Trapezoid;
 use poropunch::solver::newton::NewtonFailure;
 use poropunch::specimen::step::{Found, Start, Task};
 use poropunch::specimen::{Discretisation, Motion, Patience, Sample, State, Step, Stepper};
@@ -111,7 +111,7 @@ impl Case {
         let mut p = self.parameters();
         p.solver.sensitivities = true;
         let sample = Sample::shared_under(&p.indenter, &p.geometry, &p.mesh).unwrap();
-        let mut recorder = Recorder { stepper: Stepper::new(&p, sample), steps: Vec::new() };
+        let mut recorder = Recorder { stepper: Stepper::new(&p.setup(), sample), steps: Vec::new() };
         let protocol = self.trapezoid.protocol().unwrap();
         let mut points = protocol.points().windows(2);
         let Some([(t0, d0), (t1, d1)]) = points.next() else { panic!("a protocol has legs") };
@@ -131,7 +131,7 @@ impl Case {
         let mut p = self.parameters();
         moved(&mut p);
         let sample = Sample::shared_under(&p.indenter, &p.geometry, &p.mesh).unwrap();
-        let mut stepper = Stepper::new(&p, sample);
+        let mut stepper = Stepper::new(&p.setup(), sample);
         let mut state = stepper.undeformed(steps[0].from_time);
         steps
             .iter()

@@ -2,8 +2,8 @@
 
 use poropunch::Parameters;
 use poropunch::element::{Stage, undeformed};
-use poropunch::material::PointMaterial;
-use poropunch::material::point::DeformationGradient;
+use poropunch::law::PointMaterial;
+use poropunch::law::point::DeformationGradient;
 use poropunch::specimen::trend::Trend;
 use poropunch::specimen::{Discretisation, Sample, Stepper};
 
@@ -64,7 +64,7 @@ fn newton_converges_quadratically() {
     let mut parameters = Parameters::default();
     parameters.solver.newton_tolerance = 1e-13;
     let sample = Sample::shared(&parameters.geometry, &parameters.mesh).unwrap();
-    let mut stepper = Stepper::new(&parameters, sample);
+    let mut stepper = Stepper::new(&parameters.setup(), sample);
     let mut state = stepper.undeformed(0.0);
     for _ in 0..4 {
         state.trend = Trend::at_rest(state.x.len());

@@ -1,10 +1,10 @@
 //! Sphere, cone, flat punch and platen against closed forms.
 
 use approx::assert_relative_eq;
+use poropunch::motion::protocol::Trapezoid;
 use poropunch::parameters::{
     BoundaryParameters, GeometryParameters, IndenterParameters, IndenterProfile, MeshPreset,
 };
-use poropunch::protocol::Trapezoid;
 use poropunch::{Instance, Model, Outputs, ParameterError, Parameters, StepError};
 use std::f64::consts::PI;
 use tests::{DEPTH, follow, poroelastic};

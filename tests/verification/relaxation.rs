@@ -20,7 +20,7 @@ fn parameters(scheme: TimeScheme) -> Parameters {
 /// Force after pressing by `strain` of the height within `ramp` and holding for as long, in `steps` each.
 fn element_force(scheme: TimeScheme, strain: f64, ramp: f64, steps: usize) -> f64 {
     let mesh = Mesh::tensor(&[0.0, RADIUS], &[0.0, HEIGHT], RADIUS);
-    let mut stepper = Stepper::new(&parameters(scheme), Arc::new(Sample::from_mesh(mesh).unwrap()));
+    let mut stepper = Stepper::new(&parameters(scheme).setup(), Arc::new(Sample::from_mesh(mesh).unwrap()));
     let mut state = stepper.undeformed(0.0);
     let (dt, depth) = (ramp / steps as f64, strain * HEIGHT);
     for k in 0..2 * steps {
@@ -102,7 +102,7 @@ fn small_strain_relaxation_time() {
     let mut parameters = parameters(TimeScheme::Sdirk2);
     parameters.material.lambda_star = 1e8;
     let mesh = Mesh::tensor(&[0.0, RADIUS], &[0.0, HEIGHT], RADIUS);
-    let mut stepper = Stepper::new(&parameters, Arc::new(Sample::from_mesh(mesh).unwrap()));
+    let mut stepper = Stepper::new(&parameters.setup(), Arc::new(Sample::from_mesh(mesh).unwrap()));
     let (depth, ramp) = (1e-4 * HEIGHT, 1e-6);
     let mut state = stepper.undeformed(0.0);
     state = tests::step(&mut stepper, &state, (0.0, depth / ramp), ramp);

@@ -1,6 +1,6 @@
 //! Forward sensitivities against finite differences of whole runs.
 
-use poropunch::material::{MaterialParameter, Spring};
+use poropunch::law::{MaterialParameter, Spring};
 use poropunch::parameters::{MaterialParameters, MeshPreset, TimeScheme};
 use poropunch::{ForceSensitivity, Instance, Model, Parameters};
 use tests::DEPTH;

@@ -1,7 +1,7 @@
 //! The three-dimensional quarter: patch test, and its force against the axisymmetric model's.
 
-use poropunch::indentation::motion::Path;
 use poropunch::mesh::Mesh;
+use poropunch::motion::path::Path;
 use poropunch::parameters::MeshKind;
 use poropunch::solid3d::assembly::{assemble, undeformed};
 use poropunch::solid3d::forest::{COARSE, Refinement};
@@ -75,7 +75,7 @@ fn rectangular(parameters: &Parameters, radii_mm: &[f64], depths_mm: &[f64]) -> 
     let mut heights: Vec<f64> = depths_mm.iter().rev().map(|d| h - d * 1e-3).collect();
     heights[0] = 0.0;
     let mesh = Mesh::tensor(&radii, &heights, parameters.geometry.punch_radius);
-    Stepper::new(parameters, Arc::new(Sample::from_mesh(mesh).unwrap()))
+    Stepper::new(&parameters.setup(), Arc::new(Sample::from_mesh(mesh).unwrap()))
 }
 
 /// Ratios of the three-dimensional results to the axisymmetric ones after two steps of 0.05 s at 1.6 mm/s.

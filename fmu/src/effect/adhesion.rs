@@ -1,17 +1,11 @@
-//! Adhesion on retraction: the surface that was touched clings to the punch.
-//!
-//! Dugdale's law, per reference area and along the axis: what is in contact stays there up to a pull of the
-//! strength s; where it opens the punch still pulls with s, until the gap exceeds the critical opening d and the
-//! bond breaks for good - until the place is touched again. The work of adhesion is `s d` (J/m^2), the largest pull
-//! `s` times the area. Friction acts on the pressure and the strength together (Derjaguin). Approach is free of it.
+//! Adhesion on retraction: the law is [`crate::contact::adhesion`].
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
 use crate::variables::units::{METRE, PASCAL};
 use crate::variables::{Variable, field, real};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
 
-/// The law.
+/// Strength and reach of the bond.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// s (Pa).
@@ -24,19 +18,6 @@ impl Default for Parameters {
     fn default() -> Self {
         Self { strength: 0.0, opening: 1e-4 }
     }
-}
-
-impl Parameters {
-    pub(crate) fn is_active(&self) -> bool {
-        self.strength != 0.0
-    }
-}
-
-/// Areas of a ring between two radii (m) that its inner, middle and outer node stand for, with quadratic shape
-/// functions: `int N 2 pi r dr` (m^2).
-pub(crate) fn nodal_areas(inner: f64, outer: f64) -> [f64; 3] {
-    let third = PI * (outer - inner) / 3.0;
-    [third * inner, third * 2.0 * (inner + outer), third * outer]
 }
 
 pub(super) const VARIABLES: &[Variable] = &[
@@ -71,17 +52,3 @@ pub const EFFECT: Effect = Effect {
     mimicked_by: "A contact-point offset or drift at the end of unloading alone.",
     mimics: &["offset", "load_cell_drift"],
 };
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn areas_of_a_ring_sum_to_it() {
-        let areas = nodal_areas(0.7, 1.9);
-        approx::assert_relative_eq!(areas.iter().sum::<f64>(), PI * (1.9 * 1.9 - 0.49), max_relative = 1e-14);
-        // First moment of a linear field: int r 2 pi r dr.
-        let moment = 0.7 * areas[0] + 1.3 * areas[1] + 1.9 * areas[2];
-        approx::assert_relative_eq!(moment, 2.0 / 3.0 * PI * (1.9_f64.powi(3) - 0.343), max_relative = 1e-14);
-    }
-}

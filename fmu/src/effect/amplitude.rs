@@ -15,17 +15,6 @@ pub struct Parameters {
     pub log_factor: f64,
 }
 
-impl Parameters {
-    pub(crate) fn is_active(&self) -> bool {
-        self.log_factor != 0.0
-    }
-
-    /// The factor; exactly 1 at null.
-    pub(crate) fn factor(&self) -> f64 {
-        self.log_factor.exp()
-    }
-}
-
 pub(super) const VARIABLES: &[Variable] = &[real(
     "effect.amplitude.log_factor",
     "Logarithm of the factor on the specimen's force: all moduli and viscosities times it, K0 through it",

@@ -1,7 +1,7 @@
 //! Machine compliance: the frame yields, and the punch is not where the crosshead is.
 //!
 //! Displacement is measured at the crosshead; the punch is at `displacement - C F`. The scalar equation is
-//! solved with the unknowns of every stage: see `indentation::coupling`.
+//! solved with the unknowns of every stage: see [`crate::machine`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
 use crate::variables::units::METRE_PER_NEWTON;
@@ -13,12 +13,6 @@ use serde::{Deserialize, Serialize};
 pub struct Parameters {
     /// C (m/N).
     pub per_newton: f64,
-}
-
-impl Parameters {
-    pub(crate) fn is_active(&self) -> bool {
-        self.per_newton != 0.0
-    }
 }
 
 pub(super) const VARIABLES: &[Variable] = &[real(

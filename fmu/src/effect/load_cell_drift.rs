@@ -12,13 +12,6 @@ pub struct Parameters {
     pub rate: f64,
 }
 
-impl Parameters {
-    /// What the cell reads at `time` (s) since the test's start for a force that the electronics get (N).
-    pub(crate) fn reading(&self, force: f64, time: f64) -> f64 {
-        if self.rate == 0.0 { force } else { force + self.rate * time }
-    }
-}
-
 pub(super) const VARIABLES: &[Variable] = &[real(
     "effect.load_cell_drift.rate",
     "Rate at which the load cell's zero drifts, from the test's start, with and without contact",

@@ -13,9 +13,7 @@ mod descriptor;
 pub use catalogue::{by_name, markdown};
 pub use descriptor::{Course, Effect, Place, Setting, Sign, Variant};
 
-use crate::error::ParameterError;
-use crate::parameters::{MeshKind, Parameters};
-use crate::variables::{Settings, Variable};
+use crate::variables::Variable;
 use serde::{Deserialize, Serialize};
 
 /// Parameters of an effect that is made of parameters of the plain model.
@@ -60,50 +58,3 @@ effects!(
     load_cell_lag,
     discretisation,
 );
-
-impl EffectParameters {
-    /// Checks the ranges that the variable table declares, and what cannot be combined.
-    ///
-    /// # Errors
-    /// Names the first parameter that is not admissible, with the reason.
-    pub(crate) fn validate(parameters: &Parameters) -> Result<(), ParameterError> {
-        let settings = Settings::padding(parameters);
-        for variable in VARIABLES.iter().copied().flatten() {
-            variable.validate(&settings)?;
-        }
-        let effect = &parameters.effect;
-        let slips = effect.slip.is_active();
-        if slips && !parameters.boundary.bonded_punch {
-            return Err(ParameterError::Contradiction(
-                "effect.slip.compliance",
-                "boundary.bonded_punch = true",
-            ));
-        }
-        if slips && !parameters.indenter.is_plane() {
-            // The layer knows where a plane was touched: at rest.
-            return Err(ParameterError::Contradiction(
-                "effect.slip.compliance",
-                "indenter.profile = flat with a sharp edge",
-            ));
-        }
-        if parameters.solver.sensitivities && effect.discretisation.traction {
-            return Err(ParameterError::NoSensitivities("effect.discretisation.traction"));
-        }
-        if parameters.mesh.kind == MeshKind::Paper3d {
-            let refused = [
-                (effect.eyring.is_active(), "effect.eyring.inverse_stress"),
-                (effect.permeability.is_active(), "effect.permeability.exponent"),
-                (effect.softening.is_active(), "effect.softening.loss"),
-                (effect.modulus_drift.is_active(), "effect.modulus_drift.rate"),
-                (effect.amplitude.is_active(), "effect.amplitude.log_factor"),
-                (slips, "effect.slip.compliance"),
-                (effect.adhesion.is_active(), "effect.adhesion.strength"),
-                (effect.compliance.is_active(), "effect.compliance.per_newton"),
-            ];
-            if let Some((_, name)) = refused.into_iter().find(|(active, _)| *active) {
-                return Err(ParameterError::NotIn3d(name));
-            }
-        }
-        Ok(())
-    }
-}

@@ -15,17 +15,6 @@ pub struct Parameters {
     pub rate: f64,
 }
 
-impl Parameters {
-    pub(crate) fn is_active(&self) -> bool {
-        self.rate != 0.0
-    }
-
-    /// Factor on the moduli at `time` (s); exactly 1 at null.
-    pub(crate) fn factor(&self, time: f64) -> f64 {
-        (self.rate * time).exp()
-    }
-}
-
 pub(super) const VARIABLES: &[Variable] = &[real(
     "effect.modulus_drift.rate",
     "Rate at which all moduli and viscosities grow, exp(rate time), time since the test's start",

@@ -1,10 +1,6 @@
-//! Strain-dependent permeability: `K = K0 ((J - n0S)/(1 - n0S))^m` on top of Eq. 11.
-//!
-//! A power of the pore volume, so that the permeability vanishes with it (Eipper, 1998, the exponent there
-//! is m + 1).
+//! Strain-dependent permeability: the law is [`crate::law::darcy`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use crate::number::Real;
 use crate::variables::units::ONE;
 use crate::variables::{Variable, field, real};
 use serde::{Deserialize, Serialize};
@@ -14,21 +10,6 @@ use serde::{Deserialize, Serialize};
 pub struct Parameters {
     /// m [-].
     pub exponent: f64,
-}
-
-impl Parameters {
-    pub(crate) fn is_active(&self) -> bool {
-        self.exponent != 0.0
-    }
-}
-
-/// `((J-n)/(1-n))^m` and its derivatives by J and by n.
-#[inline(always)]
-pub(crate) fn factor<T: Real>(exponent: f64, j: T, n0s: f64) -> [T; 3] {
-    let (pore, open) = (j - n0s, 1.0 - n0s);
-    let value = (pore * (1.0 / open)).powf(exponent);
-    let by_pore = value * exponent / pore;
-    [value, by_pore, value * (exponent / open) - by_pore]
 }
 
 pub(super) const VARIABLES: &[Variable] = &[real(

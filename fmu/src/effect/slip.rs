@@ -5,7 +5,6 @@
 //! not among the outputs. It ends where the surface has left the punch.
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use crate::parameters::BoundaryParameters;
 use crate::variables::units::METRE_PER_PASCAL;
 use crate::variables::{Variable, field, real};
 use serde::{Deserialize, Serialize};
@@ -15,22 +14,6 @@ use serde::{Deserialize, Serialize};
 pub struct Parameters {
     /// c (m/Pa).
     pub compliance: f64,
-}
-
-impl Parameters {
-    pub(crate) fn is_active(&self) -> bool {
-        self.compliance != 0.0
-    }
-
-    /// Stiffness of the layer (Pa/m), where there is one.
-    pub(crate) fn stiffness(&self) -> Option<f64> {
-        self.is_active().then(|| 1.0 / self.compliance)
-    }
-
-    /// The boundary conditions with it: the layer takes the place of the bond.
-    pub(crate) fn boundary(&self, plain: &BoundaryParameters) -> BoundaryParameters {
-        BoundaryParameters { bonded_punch: plain.bonded_punch && !self.is_active(), ..plain.clone() }
-    }
 }
 
 pub(super) const VARIABLES: &[Variable] = &[real(

@@ -5,7 +5,7 @@ use super::geometry::Geometry;
 use super::group::{ElementLoop, Group};
 use super::kernel::{self, ElementSystem, PointState};
 use super::shape::POINTS;
-use crate::material::{IDENTITY, PointMaterial};
+use crate::law::{IDENTITY, PointMaterial};
 use crate::mesh::{Mesh, NODES, UNKNOWNS};
 use crate::number::{Lanes, PACKET, Packet, closure};
 use crate::solver::linear::CscPattern;

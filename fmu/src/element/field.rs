@@ -25,7 +25,7 @@ pub struct Integrals {
 impl Body<'_> {
     /// Advances the history over a converged stage into `new` and integrates.
     ///
-    /// `reach` as in [`crate::material::PointMaterial::update`]; J is continued in the same way.
+    /// `reach` as in [`crate::law::PointMaterial::update`]; J is continued in the same way.
     ///
     /// # Errors
     /// The first element that cannot be evaluated.

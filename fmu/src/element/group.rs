@@ -5,7 +5,7 @@ use super::assembly::{AssemblyMap, Inadmissible};
 use super::geometry::{ElementGeometry, Geometry};
 use super::kernel::PointState;
 use super::shape::POINTS;
-use crate::material::Voigt;
+use crate::law::Voigt;
 use crate::mesh::UNKNOWNS;
 use crate::number::{Lanes, PACKET, Packet, closure};
 use pulp::Simd;

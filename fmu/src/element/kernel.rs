@@ -7,8 +7,8 @@
 //! a drained skeleton is nearly incompressible, and at 3 x 3 points its quadratic element would lock.
 
 use super::geometry::{ElementGeometry, PointGeometry};
-use crate::material::point::DeformationGradient;
-use crate::material::{PointMaterial, Voigt, Voigt2};
+use crate::law::point::DeformationGradient;
+use crate::law::{PointMaterial, Voigt, Voigt2};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
 use crate::number::{Real, closure, each};
 
@@ -285,7 +285,7 @@ mod tests {
     use super::*;
     use crate::element::geometry::Geometry;
     use crate::element::shape::POINTS;
-    use crate::material::IDENTITY;
+    use crate::law::IDENTITY;
     use crate::mesh::Mesh;
     use crate::parameters::MaterialParameters;
 

@@ -8,8 +8,9 @@ use super::group::Groups;
 use super::kernel::{ElementSystem, evaluate};
 use super::sensitivity::{HistorySensitivity, ResidualSensitivity, UpdateSensitivity};
 use super::shape::POINTS;
-use crate::effect::EffectParameters;
-use crate::material::{MaterialParameter, PointMaterial};
+use crate::law::extensions::Extensions;
+use crate::law::softening::Softening;
+use crate::law::{MaterialParameter, PointMaterial};
 use crate::mesh::{Mesh, NODES};
 use crate::number::{Packet, on_every_machine};
 use crate::parameters::MaterialParameters;
@@ -35,7 +36,7 @@ struct Case {
 }
 
 impl Case {
-    fn new(effect: &EffectParameters) -> Self {
+    fn new(extensions: &Extensions) -> Self {
         let radii: Vec<f64> = (0..=ELEMENTS).map(|k| k as f64 * 1e-4).collect();
         let mesh = Mesh::tensor(&radii, &[0.0, 1.3e-4], 3e-4);
         let (geometry, map) = (Geometry::new(&mesh), AssemblyMap::new(&mesh));
@@ -45,7 +46,7 @@ impl Case {
         }
         let at = |(k, p): (usize, &bool)| if *p { 3e3 * noise(k) } else { 1.5e-5 * noise(k) };
         let x = is_pressure.iter().enumerate().map(at).collect();
-        let softens = effect.softening.loss != 0.0;
+        let softens = extensions.softening.is_some();
         let mut history = undeformed(ELEMENTS, 2).remembering(softens);
         for (k, c) in history.tensors_mut().iter_mut().enumerate() {
             let (rr, zz, rz) = (1.0 + 0.2 * noise(k), 1.0 + 0.2 * noise(2 * k + 1), 0.1 * noise(3 * k));
@@ -60,7 +61,7 @@ impl Case {
         changes.jacobian.iter_mut().enumerate().for_each(fill);
         changes.cv_inverse.as_flattened_mut().iter_mut().enumerate().for_each(fill);
         changes.past_strain.iter_mut().enumerate().for_each(fill);
-        let material = PointMaterial::with_effects(&MaterialParameters::default(), effect, 0.0);
+        let material = PointMaterial::extended(&MaterialParameters::default(), extensions, 0.0);
         Self { geometry, map, material, x, is_pressure, history, changes }
     }
 
@@ -107,13 +108,15 @@ impl Case {
 
 /// The plain material, one with every effect, and that with softening that takes time.
 fn cases() -> [Case; 3] {
-    let mut all = EffectParameters::default();
-    all.eyring.inverse_stress = 5e-3;
-    all.permeability.exponent = 4.0;
-    all.softening.loss = 0.3;
-    let mut delayed = all.clone();
-    delayed.softening.delay = 2.0;
-    [&EffectParameters::default(), &all, &delayed].map(Case::new)
+    let softening = Softening { loss: 0.3, strain: 0.2, delay: 0.0 };
+    let all = Extensions {
+        inverse_stress: 5e-3,
+        permeability_exponent: 4.0,
+        softening: Some(softening),
+        ..Extensions::default()
+    };
+    let delayed = Extensions { softening: Some(Softening { delay: 2.0, ..softening }), ..all };
+    [&Extensions::default(), &all, &delayed].map(Case::new)
 }
 
 /// Everything that loops over elements, in vectors of one kind.
@@ -195,7 +198,7 @@ fn groups_add_up_like_single_elements() {
 #[test]
 fn the_first_element_that_fails_is_told() {
     for element in [0, 3, 6, 9, 10] {
-        let mut case = Case::new(&EffectParameters::default());
+        let mut case = Case::new(&Extensions::default());
         // The middle node belongs to this element alone.
         let middle = case.map.unknowns[element][8] as usize;
         case.x[middle] += 2e-4;

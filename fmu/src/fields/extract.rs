@@ -8,7 +8,7 @@ use crate::element::geometry::{ElementGeometry, Geometry};
 use crate::element::kernel::{Point, PointState};
 use crate::element::shape::Shape;
 use crate::element::{History, element_history};
-use crate::material::{IDENTITY, PointMaterial};
+use crate::law::{IDENTITY, PointMaterial};
 use crate::mesh::{CORNERS, Mesh, NODES, UNKNOWNS};
 
 /// Local nodes in the order of VTK's biquadratic quadrilateral.

@@ -4,7 +4,7 @@ use super::*;
 use crate::element::AssemblyMap;
 use crate::element::geometry::Geometry;
 use crate::element::undeformed;
-use crate::material::PointMaterial;
+use crate::law::PointMaterial;
 use crate::mesh::Mesh;
 use crate::parameters::{MaterialParameters, MeshKind, MeshPreset, OgdenParameters};
 use crate::{Instance, Model, Parameters};

@@ -6,6 +6,7 @@
 
 mod blocks;
 mod grading;
+pub mod parameters;
 mod presets;
 
 use crate::parameters::{GeometryParameters, IndenterParameters, MeshParameters};

@@ -1,7 +1,7 @@
 //! Which unknowns of the quarter are prescribed.
 
 use super::mesh::Mesh;
-use crate::indentation::boundary::Condition;
+use crate::contact::conditions::Condition;
 use crate::parameters::BoundaryParameters;
 
 /// Conditions of all unknowns while the punch is in contact.

@@ -4,12 +4,12 @@
 
 use super::spectral::Spectral;
 use super::{IDENTITY, PLACE, Tensor, Voigt, Voigt2};
-use crate::material::branch::Branch;
-use crate::material::darcy::Darcy;
-use crate::material::ogden::Ogden;
-use crate::material::point::Energetics;
-use crate::material::spectral::deviator;
-use crate::material::volumetric::Volumetric;
+use crate::law::branch::Branch;
+use crate::law::darcy::Darcy;
+use crate::law::ogden::Ogden;
+use crate::law::point::Energetics;
+use crate::law::spectral::deviator;
+use crate::law::volumetric::Volumetric;
 use crate::parameters::MaterialParameters;
 
 /// `det f`.
@@ -111,7 +111,7 @@ impl SolidMaterial {
     }
 
     /// Advances the history over a converged step and returns the energies at its end; `reach` as in
-    /// [`crate::material::PointMaterial::update`].
+    /// [`crate::law::PointMaterial::update`].
     pub fn update(
         &self,
         f: &Tensor,

@@ -1,8 +1,8 @@
 //! The material point against finite differences and against the axisymmetric one.
 
 use super::*;
-use crate::material::PointMaterial;
-use crate::material::point::DeformationGradient;
+use crate::law::PointMaterial;
+use crate::law::point::DeformationGradient;
 
 fn product(a: &Tensor, b: &Tensor) -> Tensor {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))

@@ -3,5 +3,6 @@
 pub mod linear;
 pub mod multifrontal;
 pub mod newton;
+pub mod parameters;
 pub mod pattern;
 pub mod scheme;

@@ -8,12 +8,12 @@
 //! where another parameter would move such an event the derivative of the curve jumps there.
 
 use super::stepper::Stepper;
+use crate::contact::conditions::Condition;
+use crate::contact::surface::Contact;
 use crate::element::Stage;
 use crate::element::sensitivity::HistorySensitivity;
-use crate::indentation::boundary::Condition;
-use crate::indentation::contact::Contact;
-use crate::indentation::coupling::UnitMotion;
-use crate::material::MaterialParameter;
+use crate::law::MaterialParameter;
+use crate::machine::UnitMotion;
 use crate::outputs::{ForceSensitivity, Statistics};
 use crate::solver::newton::NewtonFailure;
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 use super::state::State;
 use super::stepper::Stepper;
 use crate::fields::{Fields, FieldsError, Matter, extract};
-use crate::material::PointMaterial;
+use crate::law::PointMaterial;
 
 impl Stepper {
     /// Fields of a state; `touching` tells whether the punch has touched the sample yet.
@@ -11,7 +11,7 @@ impl Stepper {
     /// # Errors
     /// When an element cannot be evaluated.
     pub fn fields(&self, state: &State, touching: bool) -> Result<Fields, FieldsError> {
-        let drifted = self.drifting.as_ref().map(|(m, e)| PointMaterial::with_effects(m, e, state.time));
+        let drifted = self.drifting.as_ref().map(|(m, e)| PointMaterial::extended(m, e, state.time));
         let mesh = &self.sample.mesh;
         let places = mesh.punch().zip(self.surface.in_mesh_order());
         let is_touched = |place: usize| touching && state.contact.is_closed(place);

@@ -8,6 +8,7 @@ pub mod derivatives;
 mod fields;
 pub mod sample;
 mod search;
+pub mod setup;
 mod stage;
 pub mod state;
 pub mod step;
@@ -17,6 +18,7 @@ pub mod trend;
 
 pub use derivatives::Sensitivity;
 pub use sample::Sample;
+pub use setup::Setup;
 pub use state::State;
 pub use step::{Discretisation, Motion, Patience, Step};
 pub use stepper::Stepper;

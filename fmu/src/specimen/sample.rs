@@ -2,7 +2,7 @@
 
 use crate::element::geometry::Geometry;
 use crate::element::{AssemblyMap, Body};
-use crate::material::PointMaterial;
+use crate::law::PointMaterial;
 use crate::mesh::Mesh;
 use crate::parameters::{GeometryParameters, IndenterParameters, MeshParameters};
 use crate::solver::linear::Structure;

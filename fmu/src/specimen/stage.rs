@@ -3,8 +3,8 @@
 use super::derivatives::{ContactSensitivity, Converged};
 use super::step::{Discretisation, Found, Start, Task};
 use super::stepper::Stepper;
+use crate::contact::surface::{Contact, Decision, Slack, Trial};
 use crate::element::{Inadmissible, Stage};
-use crate::indentation::contact::{Contact, Decision, Slack, Trial};
 use crate::outputs::Statistics;
 use crate::solver::newton::NewtonFailure;
 

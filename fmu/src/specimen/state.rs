@@ -2,8 +2,8 @@
 
 use super::derivatives::Sensitivity;
 use super::trend::Trend;
+use crate::contact::surface::{Contact, Touch};
 use crate::element::History;
-use crate::indentation::contact::{Contact, Touch};
 use crate::outputs::Outputs;
 use serde::{Deserialize, Serialize};
 

@@ -3,10 +3,10 @@
 use super::derivatives::Sensitivity;
 use super::state::State;
 use super::trend::Trend;
+use crate::contact::surface::{Contact, Decision, Touch};
 use crate::element::History;
 use crate::element::field::Integrals;
-use crate::indentation::contact::{Contact, Decision, Touch};
-use crate::indentation::coupling::machine_energy;
+use crate::machine::machine_energy;
 use crate::outputs::Statistics;
 use crate::parameters::TimeScheme;
 use crate::solver::newton::NewtonFailure;

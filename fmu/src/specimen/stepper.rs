@@ -2,19 +2,20 @@
 
 use super::derivatives::Sensitivity;
 use super::sample::Sample;
+use super::setup::Setup;
 use super::state::State;
 use super::step::{Discretisation, Found, Start, Task};
 use super::trend::Trend;
-use crate::effect::EffectParameters;
+use crate::contact::parameters::BoundaryParameters;
+use crate::contact::{Conditions, Contact, Profile, Surface, Touch};
 use crate::element::undeformed;
-use crate::indentation::boundary::Conditions;
-use crate::indentation::contact::{Contact, Surface, Touch};
-use crate::indentation::profile::Profile;
-use crate::material::PointMaterial;
+use crate::law::PointMaterial;
+use crate::law::extensions::Extensions;
+use crate::law::parameters::MaterialParameters;
 use crate::outputs::{Outputs, Statistics};
-use crate::parameters::{MaterialParameters, Parameters, TimeScheme};
 use crate::solver::linear::LinearSolver;
 use crate::solver::newton::{NewtonFailure, Workspace};
+use crate::solver::parameters::TimeScheme;
 use std::sync::Arc;
 
 /// Solves the stages of an axisymmetric specimen; holds the memory and factors of one instance.
@@ -22,7 +23,7 @@ pub struct Stepper {
     pub(super) sample: Arc<Sample>,
     pub(super) material: PointMaterial,
     /// What the material is made from anew at every stage, where its moduli drift.
-    pub(super) drifting: Option<(MaterialParameters, EffectParameters)>,
+    pub(super) drifting: Option<(MaterialParameters, Extensions)>,
     /// Stiffness of the shear layer under the punch (Pa/m), where there is one.
     pub(super) shear_layer: Option<f64>,
     /// Compliance of the machine (m/N).
@@ -48,34 +49,35 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// A stepper for a parameter set on a sample.
-    pub fn new(parameters: &Parameters, sample: Arc<Sample>) -> Self {
-        let (m, effect) = (&parameters.material, &parameters.effect);
+    /// A stepper for a set-up on a sample.
+    pub fn new(setup: &Setup, sample: Arc<Sample>) -> Self {
+        let m = &setup.material;
         let stress_scale =
             m.equilibrium.shear_modulus() + m.branches.iter().map(|b| b.ogden.shear_modulus()).sum::<f64>();
-        let length_scale = parameters.geometry.reach();
-        let boundary = effect.slip.boundary(&parameters.boundary);
-        let profile = Profile::new(&parameters.indenter, parameters.geometry.punch_radius);
+        let length_scale = setup.geometry.reach();
+        let bonded_punch = setup.boundary.bonded_punch && setup.shear_layer.is_none();
+        let boundary = BoundaryParameters { bonded_punch, ..setup.boundary.clone() };
+        let profile = Profile::new(&setup.indenter, setup.geometry.punch_radius);
         let is_pressure = sample.mesh.pressure_mask();
         let unit = |pressure: &bool| if *pressure { stress_scale } else { length_scale };
         let column_scale = is_pressure.iter().map(unit).collect();
         let unknowns = sample.mesh.unknowns();
         Self {
-            material: PointMaterial::with_effects(m, effect, 0.0),
-            drifting: effect.modulus_drift.is_active().then(|| (m.clone(), effect.clone())),
-            shear_layer: effect.slip.stiffness(),
-            compliance: effect.compliance.per_newton,
+            material: PointMaterial::extended(m, &setup.extensions, 0.0),
+            drifting: (setup.extensions.growth_rate != 0.0).then(|| (m.clone(), setup.extensions)),
+            shear_layer: setup.shear_layer,
+            compliance: setup.compliance,
             conditions: Conditions::new(&sample.mesh, &boundary),
-            surface: Surface::new(&sample.mesh, &sample.geometry, &boundary, profile, effect.adhesion),
-            scheme: parameters.solver.time_scheme,
-            tolerance: parameters.solver.newton_tolerance,
+            surface: Surface::new(&sample.mesh, &sample.geometry, &boundary, profile, setup.adhesion),
+            scheme: setup.solver.time_scheme,
+            tolerance: setup.solver.newton_tolerance,
             stress_scale,
             length_scale,
             column_scale,
             is_pressure,
-            linear: LinearSolver::new(sample.structure.clone(), parameters.solver.linear_solver),
+            linear: LinearSolver::new(sample.structure.clone(), setup.solver.linear_solver),
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
-            sensitivities: parameters.solver.sensitivities,
+            sensitivities: setup.solver.sensitivities,
             raw_residual: vec![0.0; unknowns],
             reaction_row: vec![0.0; unknowns],
             residual_norms: Vec::new(),
@@ -164,8 +166,8 @@ impl Discretisation for Stepper {
         task: &Task<'_>,
         statistics: &mut Statistics,
     ) -> Result<Found, NewtonFailure> {
-        if let Some((material, effect)) = &self.drifting {
-            self.material = PointMaterial::with_effects(material, effect, task.time);
+        if let Some((material, extensions)) = &self.drifting {
+            self.material = PointMaterial::extended(material, extensions, task.time);
         }
         self.solve_stage(start, guess, task, statistics)
     }

@@ -1,9 +1,9 @@
 //! One implicit stage as a system of equations for Newton's method.
 
+use crate::contact::conditions::{Condition, Conditions, Guide};
+use crate::contact::profile::Profile;
 use crate::element::{Body, History, Stage};
-use crate::indentation::boundary::{Condition, Conditions, Guide};
-use crate::indentation::coupling;
-use crate::indentation::profile::Profile;
+use crate::machine;
 use crate::solver::linear::{LinearSolver, Singular};
 use crate::solver::newton::System;
 
@@ -147,7 +147,7 @@ impl System for StageSystem<'_> {
         if self.compliance == 0.0 {
             return Ok(());
         }
-        let unit = coupling::UnitMotion::new(self.conditions, self.column_scale, self.reaction_row, |rhs| {
+        let unit = machine::UnitMotion::new(self.conditions, self.column_scale, self.reaction_row, |rhs| {
             linear.solve_again(values, rhs)
         })?;
         unit.couple(self.compliance, self.column_scale, self.reaction_row, correction);

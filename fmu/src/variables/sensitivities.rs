@@ -97,7 +97,7 @@ pub(super) const FORCE_FLUID: [Variable; SENSITIVITIES] = sensitivities!("force_
 mod tests {
     use super::super::{Kind, by_name, table};
     use super::*;
-    use crate::material::MaterialParameter;
+    use crate::law::MaterialParameter;
     use crate::variables::BRANCHES;
 
     /// The order of the names is that of the indices, which is that of the parameters in the table.

@@ -80,7 +80,7 @@ impl Hasher {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use poropunch::protocol::Protocol;
+    use poropunch::motion::protocol::Protocol;
     use std::sync::Arc;
 
     fn job(parameters: &[(&str, f64)], times: &[f64], depth: f64) -> Job {

@@ -194,7 +194,7 @@ impl Simulator for Recording {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use poropunch::protocol::Protocol;
+    use poropunch::motion::protocol::Protocol;
 
     fn engine() -> EngineId {
         EngineId::new("guid", b"binary", "")

@@ -11,7 +11,7 @@ use crate::fit::EvaluationFailure;
 use crate::objective::{DatasetError, ParameterError};
 use crate::output::{OutputError, remove_folder, write_file};
 use crate::pool::RunFailure;
-use poropunch::protocol::ProtocolError;
+use poropunch::motion::protocol::ProtocolError;
 use std::collections::BTreeMap;
 use std::path::Path;
 use thiserror::Error;

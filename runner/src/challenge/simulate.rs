@@ -4,7 +4,7 @@ use super::cause::Cause;
 use super::draw::Drawn;
 use crate::engine::Engine;
 use crate::pool::{Job, Priority, Run, RunFailure};
-use poropunch::protocol::{Protocol, ProtocolError, Trapezoid};
+use poropunch::motion::protocol::{Protocol, ProtocolError, Trapezoid};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -21,7 +21,7 @@ use crate::output::write_file;
 use crate::pool::{Job, Priority, RunFailure};
 use crate::setting::settings_from;
 use clap::Args;
-use poropunch::protocol::{ProtocolError, Trapezoid};
+use poropunch::motion::protocol::{ProtocolError, Trapezoid};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

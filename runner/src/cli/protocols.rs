@@ -2,7 +2,7 @@
 
 use crate::cli::engine_args::show_notes;
 use crate::data::{Wanted, protocol_of, read};
-use poropunch::protocol::{Protocol, Trapezoid};
+use poropunch::motion::protocol::{Protocol, Trapezoid};
 use std::path::Path;
 use std::sync::Arc;
 

@@ -7,7 +7,7 @@
 
 use super::measurement::Measurement;
 use super::motion::{motion, sample_noise};
-use poropunch::protocol::{Protocol, ProtocolError};
+use poropunch::motion::protocol::{Protocol, ProtocolError};
 
 /// Samples closer to a line than this part of the largest excursion lie on it.
 const RELATIVE_TOLERANCE: f64 = 1e-4;
@@ -130,7 +130,7 @@ fn on_line(a: (f64, f64), b: (f64, f64), time: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::data::random::Random;
-    use poropunch::protocol::Trapezoid;
+    use poropunch::motion::protocol::Trapezoid;
 
     /// P2 until the end of the hold, sampled and rounded to 0.1 um.
     fn sampled(times: &[f64]) -> Vec<(f64, f64)> {

@@ -4,7 +4,7 @@ use crate::data::noise::Noise;
 use crate::data::phase::phases;
 use crate::data::{DataError, Measurement, NoiseModel, Phase, Problem, protocol_of};
 use crate::pool::{ForceCurve, Job};
-use poropunch::protocol::{Protocol, ProtocolError};
+use poropunch::motion::protocol::{Protocol, ProtocolError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use thiserror::Error;

@@ -4,7 +4,7 @@ use super::job::{ForceCurve, Job, RunFailure};
 use super::wiring::{Drive, Port, Wiring};
 use super::workers::Simulator;
 use crate::fmi::{FmiError, Fmu, FmuInstance, ScalarVariable, VariableKind};
-use poropunch::protocol::Protocol;
+use poropunch::motion::protocol::Protocol;
 use std::sync::Arc;
 
 /// Without derivatives or velocity, the punch moves at most this part of its reach per step.

@@ -1,6 +1,6 @@
 //! What is run, and what comes out of it.
 
-use poropunch::protocol::Protocol;
+use poropunch::motion::protocol::Protocol;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! The pool with simulators whose every step the test controls.
 
 use super::*;
-use poropunch::protocol::Protocol;
+use poropunch::motion::protocol::Protocol;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 

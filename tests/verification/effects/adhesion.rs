@@ -1,10 +1,10 @@
 //! Adhesion on retraction: pull-off forces, work of adhesion, whole tests.
 
 use super::{GAP, parameters};
+use poropunch::motion::protocol::Trapezoid;
 use poropunch::parameters::{
     BoundaryParameters, GeometryParameters, IndenterParameters, IndenterProfile, MeshPreset,
 };
-use poropunch::protocol::Trapezoid;
 use poropunch::{Instance, Model, Outputs, Parameters};
 use std::f64::consts::PI;
 use tests::{follow, poroelastic};

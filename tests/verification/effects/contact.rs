@@ -2,8 +2,8 @@
 
 use super::{DEPTH, GAP, RAMP, RATE, curve, parameters};
 use poropunch::mesh::Mesh;
+use poropunch::motion::protocol::Trapezoid;
 use poropunch::parameters::{BoundaryParameters, GeometryParameters};
-use poropunch::protocol::Trapezoid;
 use poropunch::specimen::{Discretisation, Sample, Stepper};
 use poropunch::{Instance, Model, Parameters, StepError};
 use std::f64::consts::PI;
@@ -112,7 +112,7 @@ fn column(drained_bottom: bool, drained_punch: bool, velocity: f64, end: f64) ->
     p.solver.newton_tolerance = 1e-13;
     let heights: Vec<f64> = (0..=40).map(|k| HEIGHT * f64::from(k) / 40.0).collect();
     let mesh = Mesh::tensor(&[0.0, RADIUS], &heights, RADIUS);
-    let mut stepper = Stepper::new(&p, Arc::new(Sample::from_mesh(mesh).unwrap()));
+    let mut stepper = Stepper::new(&p.setup(), Arc::new(Sample::from_mesh(mesh).unwrap()));
     let (mut state, steps) = (stepper.undeformed(0.0), 200);
     let dt = end / f64::from(steps);
     for k in 0..steps {

@@ -37,7 +37,7 @@ fn column(exponent: f64) -> f64 {
     let below = |k: i32| 1.0 - f64::from(k) / 60.0;
     let heights: Vec<f64> = (0..=60).map(|k| HEIGHT * (1.0 - below(k) * below(k))).collect();
     let mesh = Mesh::tensor(&[0.0, RADIUS], &heights, RADIUS);
-    let mut stepper = Stepper::new(&p, Arc::new(Sample::from_mesh(mesh).unwrap()));
+    let mut stepper = Stepper::new(&p.setup(), Arc::new(Sample::from_mesh(mesh).unwrap()));
     let (mut state, steps) = (stepper.undeformed(0.0), 200);
     let (dt, velocity) = (END / f64::from(steps), STRAIN * HEIGHT / END);
     for k in 0..steps {

@@ -1,7 +1,7 @@
 //! Derivatives of the force by the material's parameters while effects act.
 
 use super::{GAP, RAMP, SEEPING, parameters, position};
-use poropunch::material::MaterialParameter;
+use poropunch::law::MaterialParameter;
 use poropunch::{ForceSensitivity, Instance, Model, Parameters};
 
 const TIMES: [f64; 6] = [0.2, 0.5, RAMP, RAMP + 0.05, RAMP + 1.0, RAMP + 20.0];

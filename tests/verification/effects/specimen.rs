@@ -22,7 +22,7 @@ fn parameters() -> Parameters {
 /// Forces at the ends of the steps along `strain(t)` until `end`.
 fn forces(parameters: &Parameters, strain: impl Fn(f64) -> f64, end: f64, steps: usize) -> Vec<f64> {
     let mesh = Mesh::tensor(&[0.0, RADIUS], &[0.0, HEIGHT], RADIUS);
-    let mut stepper = Stepper::new(parameters, Arc::new(Sample::from_mesh(mesh).unwrap()));
+    let mut stepper = Stepper::new(&parameters.setup(), Arc::new(Sample::from_mesh(mesh).unwrap()));
     let mut state = stepper.undeformed(0.0);
     let dt = end / steps as f64;
     (0..steps)

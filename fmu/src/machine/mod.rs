@@ -3,7 +3,7 @@
 //! The punch's face is at `-(displacement - C F(x))`. The matrix holds the rigid machine; the scalar equation is
 //! added by the solution for a unit motion of the punch (bordering), so that Newton's method stays what it is.
 
-use super::boundary::{Condition, Conditions};
+use crate::contact::conditions::{Condition, Conditions};
 
 /// Energy stored in a machine of this compliance (m/N) under a force (N) (J).
 pub fn machine_energy(compliance: f64, force: f64) -> f64 {

@@ -1,8 +1,26 @@
 //! The load cell along the path: what it reads of the force between the ends of the steps.
 
-use crate::effect::{EffectParameters, load_cell_lag};
+use super::lag;
 use crate::outputs::{ForceSensitivity, Outputs};
 use serde::{Deserialize, Serialize};
+
+/// How a load cell reads; the default reads the force as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LoadCellParameters {
+    /// Time constant of its low pass (s); 0 reads at once.
+    pub lag: f64,
+    /// Rate at which its zero drifts, from the test's start, in contact or not (N/s).
+    pub drift_rate: f64,
+    /// Whether the traction integral is read instead of the nodal force.
+    pub reads_traction: bool,
+}
+
+impl LoadCellParameters {
+    /// What the cell reads at `time` (s) since the test's start for a force that its electronics get (N).
+    pub fn drifted(&self, force: f64, time: f64) -> f64 {
+        if self.drift_rate == 0.0 { force } else { force + self.drift_rate * time }
+    }
+}
 
 /// A load cell in contact; its state is that at the start of the step that covers the present.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,8 +38,8 @@ pub struct LoadCell {
 
 impl LoadCell {
     /// A cell at rest at `time` (s).
-    pub fn at_rest(effect: &EffectParameters, time: f64) -> Self {
-        let (lag, traction) = (effect.load_cell_lag.time, effect.discretisation.traction);
+    pub fn at_rest(parameters: &LoadCellParameters, time: f64) -> Self {
+        let LoadCellParameters { lag, reads_traction: traction, .. } = *parameters;
         Self { lag, traction, time, reading: 0.0, derivatives: Vec::new() }
     }
 
@@ -37,7 +55,7 @@ impl LoadCell {
 
     /// Factors of the state and of values along the path, interpolated by `lagrange`, in the reading at `time`.
     fn response(&self, time: f64, lagrange: impl Fn(f64) -> Vec<f64>) -> (f64, Vec<f64>) {
-        load_cell_lag::response(self.lag, (self.time, time), lagrange)
+        lag::response(self.lag, (self.time, time), lagrange)
     }
 
     /// Reading at `time`, the force's `values` interpolated by `lagrange`; for a cell with a lag.

@@ -229,7 +229,7 @@ impl PointMaterial {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::EffectParameters;
+    use crate::law::extensions::Extensions;
     use crate::parameters::MaterialParameters;
 
     const DT: f64 = 3e-3;
@@ -237,21 +237,23 @@ mod tests {
     const F: DeformationGradient = DeformationGradient { plane: [[1.1, 0.2], [-0.1, 0.85]], hoop: 1.07 };
     const HISTORY: [Voigt; 2] = [[1.1, 0.93, 1.0 / (1.1 * 0.93 - 0.0025), 0.05], [0.9, 1.05, 1.06, -0.02]];
 
-    /// The plain material, and one with every effect that the derivatives know.
-    fn effects() -> [EffectParameters; 2] {
-        let mut all = EffectParameters::default();
-        all.eyring.inverse_stress = 5e-3;
-        all.permeability.exponent = 4.0;
-        all.amplitude.log_factor = 0.4;
-        all.modulus_drift.rate = 1e-2;
-        [EffectParameters::default(), all]
+    /// The plain material, and one with every extension that acts on a stage.
+    fn extensions() -> [Extensions; 2] {
+        let all = Extensions {
+            inverse_stress: 5e-3,
+            permeability_exponent: 4.0,
+            amplitude: 1.5,
+            growth_rate: 1e-2,
+            softening: None,
+        };
+        [Extensions::default(), all]
     }
 
-    fn made(m: &MaterialParameters, effect: &EffectParameters) -> PointMaterial {
-        PointMaterial::with_effects(m, effect, 20.0)
+    fn made(m: &MaterialParameters, extensions: &Extensions) -> PointMaterial {
+        PointMaterial::extended(m, extensions, 20.0)
     }
 
-    fn with(parameter: MaterialParameter, relative: f64, effect: &EffectParameters) -> (PointMaterial, f64) {
+    fn with(parameter: MaterialParameter, relative: f64, extensions: &Extensions) -> (PointMaterial, f64) {
         let mut m = MaterialParameters::default();
         let value = match parameter {
             MaterialParameter::Mu(Spring::Equilibrium) => &mut m.equilibrium.mu,
@@ -266,13 +268,13 @@ mod tests {
         };
         *value *= 1.0 + relative;
         let value = *value;
-        (made(&m, effect), value)
+        (made(&m, extensions), value)
     }
 
     /// Moves parameter, deformation and history together, by `s` along the given changes.
     fn moved(
         parameter: MaterialParameter,
-        effect: &EffectParameters,
+        extensions: &Extensions,
         s: f64,
         l: &SpatialGradient,
         changes: &[Voigt],
@@ -284,24 +286,24 @@ mod tests {
             }
         }
         f.hoop += s * l.hoop * F.hoop;
-        let (_, value) = with(parameter, 0.0, effect);
+        let (_, value) = with(parameter, 0.0, extensions);
         let history = std::array::from_fn(|b| std::array::from_fn(|i| HISTORY[b][i] + s * changes[b][i]));
-        (with(parameter, s / value, effect).0, f, history)
+        (with(parameter, s / value, extensions).0, f, history)
     }
 
     /// Stress at fixed deformation and updated history against central differences, 1e-6.
     #[test]
     fn sensitivities_match_finite_differences() {
-        effects().iter().for_each(matches_finite_differences);
+        extensions().iter().for_each(matches_finite_differences);
     }
 
-    fn matches_finite_differences(effect: &EffectParameters) {
-        let material = made(&MaterialParameters::default(), effect);
+    fn matches_finite_differences(extensions: &Extensions) {
+        let material = made(&MaterialParameters::default(), extensions);
         let count = MaterialParameter::count(2);
         let still = SpatialGradient::default();
         let l = SpatialGradient { plane: [[0.3, -0.2], [0.5, 0.1]], hoop: -0.4 };
         for parameter in MaterialParameter::all(2) {
-            let (_, value) = with(parameter, 0.0, effect);
+            let (_, value) = with(parameter, 0.0, extensions);
             let h = 1e-5 * value.abs();
             // Changes as large as one per value of the parameter.
             let l = SpatialGradient { plane: l.plane.map(|r| r.map(|x| x / value)), hoop: l.hoop / value };
@@ -316,7 +318,7 @@ mod tests {
             let change = |parameter: usize, branch: usize| changes[2 * parameter + branch];
             material.stress_sensitivity(step, change, &mut stress).unwrap();
             let at = |s: f64| {
-                let (material, f, history) = moved(parameter, effect, s, &still, &own);
+                let (material, f, history) = moved(parameter, extensions, s, &still, &own);
                 material.elasticity(&f, &history, DT).unwrap().kirchhoff_stress
             };
             compare(&stress[parameter.index()], &at(h), &at(-h), h);
@@ -325,7 +327,7 @@ mod tests {
             let update = |parameter: usize, branch: usize, new| updated[2 * parameter + branch] = new;
             material.history_sensitivity(step, REACH, &gradients, change, update).unwrap();
             let at = |s: f64| {
-                let (material, f, history) = moved(parameter, effect, s, &l, &own);
+                let (material, f, history) = moved(parameter, extensions, s, &l, &own);
                 let mut updated = [[0.0; 4]; 2];
                 material.update(&f, &history, DT, REACH, &mut updated).unwrap();
                 updated

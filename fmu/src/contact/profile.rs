@@ -1,6 +1,6 @@
 //! Profiles of the indenter: height of its face above its tip at a distance from the axis.
 
-use crate::parameters::{IndenterParameters, IndenterProfile};
+use super::parameters::{IndenterParameters, IndenterProfile};
 
 /// Largest distance from a sphere's or an edge's middle over its radius. Beyond it, where a node of the surface may still be pushed,
 /// the face goes on along its tangent: a sphere has no height beyond its radius.

@@ -1,8 +1,8 @@
 //! What a set of nodal forces makes of the bond.
 
-use super::contact::{Contact, Past, Slack, Status, Surface, Trial};
+use super::adhesion::Adhesion;
 use super::profile::Profile;
-use crate::effect::adhesion;
+use super::surface::{Contact, Past, Slack, Status, Surface, Trial};
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
 use crate::parameters::Parameters;
@@ -12,7 +12,7 @@ fn touched() -> (Surface, Contact, usize) {
     let p = Parameters::default();
     let mesh = Mesh::under(&p.indenter, &p.geometry, &p.mesh);
     let geometry = Geometry::new(&mesh);
-    let surface = Surface::new(&mesh, &geometry, &p.boundary, Profile::Flat, adhesion::Parameters::default());
+    let surface = Surface::new(&mesh, &geometry, &p.boundary, Profile::Flat, Adhesion::NONE);
     let contact = surface.touched();
     (surface, contact, mesh.unknowns())
 }

@@ -4,12 +4,12 @@
 //! `k = dt / (2 eta)`. It is the stationarity condition of a strictly convex function of the
 //! deviatoric strain, so the solution is unique and a damped Newton iteration finds it.
 
+use super::eyring::{self, Linearised};
 use super::ogden::Ogden;
+use super::parameters::BranchParameters;
 use super::relaxation::{Iterate, Relaxation, apply, square, sum};
 use super::spectral::deviator;
-use crate::effect::eyring::{self, Linearised};
 use crate::number::{Real, closure, each};
-use crate::parameters::BranchParameters;
 
 const MAX_ITERATIONS: usize = 100;
 /// The line search gives up here: the function is convex, so only numbers out of range lead here.
@@ -50,12 +50,12 @@ pub struct BranchSensitivity<T = f64> {
 impl Branch {
     /// The branch of a parameter set.
     pub fn new(p: &BranchParameters) -> Self {
-        Self::with_effects(p, 1.0, 0.0)
+        Self::extended(p, 1.0, 0.0)
     }
 
     /// The branch with `scale` times the stress at the same flow, and the inverse stress `1 / tau_0` (1/Pa)
     /// of Eyring flow; its derivatives are still those by the parameters.
-    pub fn with_effects(p: &BranchParameters, scale: f64, inverse_stress: f64) -> Self {
+    pub fn extended(p: &BranchParameters, scale: f64, inverse_stress: f64) -> Self {
         Self {
             spring: Ogden::scaled(&p.ogden, scale),
             eta: scale * p.eta,
@@ -238,7 +238,7 @@ mod tests {
 
     fn eyring() -> Branch {
         let parameters = BranchParameters { ogden: OgdenParameters { mu: -418.0, alpha: -13.5 }, eta: 50.6 };
-        Branch::with_effects(&parameters, 1.0, 5e-3)
+        Branch::extended(&parameters, 1.0, 5e-3)
     }
 
     const STEPS: [f64; 5] = [0.0, 1e-6, 1e-2, 1.0, 1e4];

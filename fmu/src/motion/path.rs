@@ -8,11 +8,10 @@
 //! Off contact the sample is on its own and the punch's velocity does not matter; the steps follow the level of
 //! the surface, and the last one before the punch lands is as long as it takes to touch.
 
-use super::load_cell::LoadCell;
-use crate::effect::EffectParameters;
 use crate::error::StepError;
 use crate::outputs::{ForceSensitivity, Outputs, Statistics};
-use crate::parameters::SolverParameters;
+use crate::sensor::{LoadCell, LoadCellParameters};
+use crate::solver::parameters::SolverParameters;
 use crate::specimen::{Discretisation, Motion, Patience, State};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -108,14 +107,14 @@ impl Path {
             next_step: f64::INFINITY,
             first_step: f64::INFINITY,
             largest_force: 0.0,
-            cell: LoadCell::at_rest(&EffectParameters::default(), time),
+            cell: LoadCell::at_rest(&LoadCellParameters::default(), time),
             deepest: 0.0,
         }
     }
 
-    /// The same path with the load cell that the effects describe.
-    pub fn with_load_cell(mut self, effect: &EffectParameters) -> Self {
-        self.cell = LoadCell::at_rest(effect, self.base.time);
+    /// The same path with a load cell.
+    pub fn with_load_cell(mut self, parameters: &LoadCellParameters) -> Self {
+        self.cell = LoadCell::at_rest(parameters, self.base.time);
         self
     }
 

@@ -14,12 +14,12 @@
 //! edge would be squeezed if they slid one by one. Where a corner is pulled that friction could hold, the patch yields
 //! for one stage under the shear that it has: the shear spreads in proportion to the pressure, and none is let go.
 
+use super::adhesion::Adhesion;
+use super::parameters::BoundaryParameters;
 use super::profile::{Face, Profile};
 use super::yielding::Yield;
-use crate::effect::adhesion;
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
-use crate::parameters::BoundaryParameters;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -47,7 +47,7 @@ pub struct Surface {
     /// Their places in the order of the mesh's numbers.
     in_mesh_order: Vec<usize>,
     profile: Profile,
-    pub(super) adhesion: adhesion::Parameters,
+    pub(super) adhesion: Adhesion,
     /// Friction coefficient of a bonded face; a frictionless one has none.
     friction: Option<f64>,
     /// Corners that slide together.
@@ -235,7 +235,7 @@ impl Surface {
         geometry: &Geometry,
         boundary: &BoundaryParameters,
         profile: Profile,
-        adhesion: adhesion::Parameters,
+        adhesion: Adhesion,
     ) -> Self {
         let node = |n: u32| SurfaceNode {
             radius: mesh.nodes[n as usize][0],

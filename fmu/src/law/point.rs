@@ -2,12 +2,12 @@
 
 use super::branch::Branch;
 use super::darcy::Darcy;
+use super::extensions::Extensions;
 use super::ogden::Ogden;
+use super::softening::Softening;
 use super::spectral::{Spectral, deviator};
 use super::volumetric::Volumetric;
 use super::{Voigt, Voigt2};
-use crate::effect::EffectParameters;
-use crate::effect::softening::Softening;
 use crate::number::{Real, closure};
 use crate::parameters::MaterialParameters;
 
@@ -100,22 +100,26 @@ pub struct PointMaterial {
 impl PointMaterial {
     /// The laws of a parameter set.
     pub fn new(p: &MaterialParameters) -> Self {
-        Self::with_effects(p, &EffectParameters::default(), 0.0)
+        Self::extended(p, &Extensions::default(), 0.0)
     }
 
-    /// The laws of a parameter set with the effects of the specimen, at `time` (s) since the test's start.
-    pub fn with_effects(p: &MaterialParameters, effect: &EffectParameters, time: f64) -> Self {
-        // Both factors are exactly 1 at null, and multiplying by them changes no bit.
-        let amplitude = effect.amplitude.factor();
-        let scale = amplitude * effect.modulus_drift.factor(time);
-        let (inverse_stress, exponent) = (effect.eyring.inverse_stress, effect.permeability.exponent);
-        let branch = |b| Branch::with_effects(b, scale, inverse_stress);
+    /// The laws of a parameter set with extensions, at `time` (s) since the test's start.
+    pub fn extended(p: &MaterialParameters, extensions: &Extensions, time: f64) -> Self {
+        // Without extensions both factors are exactly 1, and multiplying by them changes no bit.
+        let Extensions { amplitude, inverse_stress, permeability_exponent, softening, .. } = *extensions;
+        let scale = amplitude * extensions.growth(time);
         Self {
             equilibrium: Ogden::scaled(&p.equilibrium, scale),
-            branches: p.branches.iter().map(branch).collect(),
+            branches: p.branches.iter().map(|b| Branch::extended(b, scale, inverse_stress)).collect(),
             volumetric: Volumetric::scaled(p.lambda_star, p.n0s, scale),
-            darcy: Darcy::with_effects(p.permeability, p.fluid_viscosity, p.n0s, exponent, 1.0 / amplitude),
-            softening: effect.softening.law(),
+            darcy: Darcy::extended(
+                p.permeability,
+                p.fluid_viscosity,
+                p.n0s,
+                permeability_exponent,
+                1.0 / amplitude,
+            ),
+            softening,
             n0s: p.n0s,
         }
     }
@@ -233,10 +237,9 @@ mod tests {
     /// `d tau = C : d + l tau + tau l^T`.
     #[test]
     fn tangent_matches_finite_differences() {
-        let mut effect = EffectParameters::default();
         for inverse_stress in [0.0, 5e-3] {
-            effect.eyring.inverse_stress = inverse_stress;
-            let material = PointMaterial::with_effects(&MaterialParameters::default(), &effect, 0.0);
+            let extensions = Extensions { inverse_stress, ..Default::default() };
+            let material = PointMaterial::extended(&MaterialParameters::default(), &extensions, 0.0);
             matches_finite_differences(&material);
         }
     }

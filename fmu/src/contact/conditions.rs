@@ -1,9 +1,9 @@
 //! Which unknowns are prescribed, and to what.
 
-use super::contact::{Contact, Surface};
+use super::parameters::BoundaryParameters;
 use super::profile::{Face, Profile};
+use super::surface::{Contact, Surface};
 use crate::mesh::Mesh;
-use crate::parameters::BoundaryParameters;
 
 /// Least part of the normal force's axial share that friction leaves.
 const LEAST_GLIDE: f64 = 0.1;

@@ -1,6 +1,6 @@
 //! Patches of the bond that yield, and how their friction changes.
 
-use super::contact::{Contact, Status, Surface};
+use super::surface::{Contact, Status, Surface};
 use std::ops::Range;
 
 /// Where the friction of a patch comes from.

@@ -8,11 +8,15 @@
 
 pub mod branch;
 pub mod darcy;
+pub mod extensions;
+pub mod eyring;
 pub mod ogden;
 pub mod parameter;
+pub mod parameters;
 pub mod point;
 pub(crate) mod relaxation;
 pub mod sensitivity;
+pub mod softening;
 pub mod spectral;
 pub mod volumetric;
 

@@ -61,7 +61,7 @@ impl Engine {
     pub fn new(parameters: &Parameters, sample: &Discretised) -> Self {
         match sample {
             Discretised::Axisymmetric(sample) => {
-                Self::Axisymmetric(Box::new(Stepper::new(parameters, sample.clone())))
+                Self::Axisymmetric(Box::new(Stepper::new(&parameters.setup(), sample.clone())))
             }
             Discretised::Paper3d(sample) => {
                 Self::Paper3d(Box::new(SolidStepper::new(parameters, sample.clone())))

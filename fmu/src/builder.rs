@@ -1,0 +1,47 @@
+//! From parameters and effects to the set-ups of specimen and load cell: the one place that knows both.
+
+use crate::contact::Adhesion;
+use crate::law::extensions::Extensions;
+use crate::law::softening::Softening;
+use crate::parameters::Parameters;
+use crate::sensor::LoadCellParameters;
+use crate::specimen::Setup;
+
+impl Parameters {
+    /// The specimen under the punch, with the effects of specimen, contact and machine.
+    pub fn setup(&self) -> Setup {
+        let Self { material, geometry, indenter, boundary, solver, effect, .. } = self.clone();
+        let softening = effect.softening;
+        Setup {
+            extensions: Extensions {
+                amplitude: effect.amplitude.log_factor.exp(),
+                growth_rate: effect.modulus_drift.rate,
+                inverse_stress: effect.eyring.inverse_stress,
+                permeability_exponent: effect.permeability.exponent,
+                softening: (softening.loss != 0.0).then_some(Softening {
+                    loss: softening.loss,
+                    strain: softening.strain,
+                    delay: softening.delay,
+                }),
+            },
+            adhesion: Adhesion { strength: effect.adhesion.strength, opening: effect.adhesion.opening },
+            shear_layer: (effect.slip.compliance != 0.0).then(|| 1.0 / effect.slip.compliance),
+            compliance: effect.compliance.per_newton,
+            material,
+            geometry,
+            indenter,
+            boundary,
+            solver,
+        }
+    }
+
+    /// The load cell with the effects of the sensor.
+    pub fn load_cell(&self) -> LoadCellParameters {
+        let effect = &self.effect;
+        LoadCellParameters {
+            lag: effect.load_cell_lag.time,
+            drift_rate: effect.load_cell_drift.rate,
+            reads_traction: effect.discretisation.traction,
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! The punch's motion in time: protocols, and the path that is integrated along them.
+
+pub mod path;
+pub mod protocol;
+
+pub use path::Path;

@@ -1,0 +1,56 @@
+//! Time stepping and Newton iteration.
+
+use serde::{Deserialize, Serialize};
+
+/// Integration scheme in time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum TimeScheme {
+    /// Two-stage, stiffly accurate, L-stable SDIRK: second order.
+    #[default]
+    Sdirk2,
+    /// Backward Euler, the paper's: first order.
+    BackwardEuler,
+}
+
+/// Direct solver of the linear systems.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum LinearSolverKind {
+    /// Multifrontal LU along the mesh's nested dissection; faer's LU where its pivots do not suffice.
+    #[default]
+    Multifrontal,
+    /// faer's sparse LU with partial pivoting.
+    Faer,
+}
+
+/// Time stepping and Newton iteration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SolverParameters {
+    /// Integration scheme.
+    pub time_scheme: TimeScheme,
+    /// Direct solver of the linear systems.
+    pub linear_solver: LinearSolverKind,
+    /// Relative error allowed per step in the force [-].
+    pub tolerance: f64,
+    /// Travel of the punch within the first step after a change of its velocity (m).
+    pub initial_increment: f64,
+    /// Largest step (s).
+    pub max_step: f64,
+    /// Newton iteration ends when the scaled residual is below this [-].
+    pub newton_tolerance: f64,
+    /// Whether the derivatives of the force by the material's parameters are computed along.
+    pub sensitivities: bool,
+}
+
+impl Default for SolverParameters {
+    fn default() -> Self {
+        Self {
+            time_scheme: TimeScheme::Sdirk2,
+            linear_solver: LinearSolverKind::Multifrontal,
+            tolerance: 3e-4,
+            initial_increment: 2e-6,
+            max_step: 1e6,
+            newton_tolerance: 1e-9,
+            sensitivities: false,
+        }
+    }
+}
