@@ -1,6 +1,7 @@
 //! The two discretisations: what an instance runs on.
 
-use crate::parameters::{MeshKind, Parameters};
+use crate::mesh::parameters::MeshKind;
+use crate::parameters::Parameters;
 use crate::solid3d::sample::SolidSample;
 use crate::solid3d::step::SolidStepper;
 use crate::solver::multifrontal::StructureError;

@@ -197,7 +197,7 @@ impl Instance {
 
     /// Derivatives of the force at the present time by the material's parameters, in the order of
     /// [`crate::law::MaterialParameter::index`]; empty before contact and unless
-    /// [`crate::parameters::SolverParameters::sensitivities`] asks for them.
+    /// [`crate::solver::parameters::SolverParameters::sensitivities`] asks for them.
     pub fn sensitivities(&self) -> Vec<ForceSensitivity> {
         let state = &self.state;
         state.path.as_ref().map(|path| path.sensitivities(state.time)).unwrap_or_default()

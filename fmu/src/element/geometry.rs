@@ -166,7 +166,7 @@ fn face_points(mesh: &Mesh, face: &Face) -> [FacePoint; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{GeometryParameters, MeshParameters};
+    use crate::mesh::parameters::{GeometryParameters, MeshParameters};
     use std::f64::consts::PI;
 
     #[test]

@@ -286,8 +286,8 @@ mod tests {
     use crate::element::geometry::Geometry;
     use crate::element::shape::POINTS;
     use crate::law::IDENTITY;
+    use crate::law::parameters::MaterialParameters;
     use crate::mesh::Mesh;
-    use crate::parameters::MaterialParameters;
 
     /// The consistent tangent against central differences of the residual, 1e-6 of the largest entry
     /// of each block.

@@ -9,11 +9,11 @@ use super::kernel::{ElementSystem, evaluate};
 use super::sensitivity::{HistorySensitivity, ResidualSensitivity, UpdateSensitivity};
 use super::shape::POINTS;
 use crate::law::extensions::Extensions;
+use crate::law::parameters::MaterialParameters;
 use crate::law::softening::Softening;
 use crate::law::{MaterialParameter, PointMaterial};
 use crate::mesh::{Mesh, NODES};
 use crate::number::{Packet, on_every_machine};
-use crate::parameters::MaterialParameters;
 use pulp::{Simd, WithSimd};
 
 /// One and a half packets, or nearly.

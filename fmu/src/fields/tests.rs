@@ -5,8 +5,9 @@ use crate::element::AssemblyMap;
 use crate::element::geometry::Geometry;
 use crate::element::undeformed;
 use crate::law::PointMaterial;
+use crate::law::parameters::{MaterialParameters, OgdenParameters};
 use crate::mesh::Mesh;
-use crate::parameters::{MaterialParameters, MeshKind, MeshPreset, OgdenParameters};
+use crate::mesh::parameters::{MeshKind, MeshPreset};
 use crate::{Instance, Model, Parameters};
 use approx::assert_relative_eq;
 

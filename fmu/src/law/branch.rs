@@ -212,8 +212,8 @@ fn lane_by_lane<T: Real>(trial: &[T; 3], relax: impl Fn(&[f64; 3]) -> Option<Rel
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::law::parameters::OgdenParameters;
     use crate::number::{Lanes, on_every_machine};
-    use crate::parameters::OgdenParameters;
 
     fn branch() -> Branch {
         Branch::new(&BranchParameters { ogden: OgdenParameters { mu: -418.0, alpha: -13.5 }, eta: 50.6 })

@@ -1,7 +1,7 @@
 //! One Ogden term in principal deviatoric logarithmic strains (Eqs. 8, 9).
 
+use crate::law::parameters::OgdenParameters;
 use crate::number::{Real, closure, each};
-use crate::parameters::OgdenParameters;
 
 /// `beta_a = mu (q_a - mean q)` with `q_a = exp(alpha e_a)`, `e` the deviatoric logarithmic strains.
 #[derive(Debug, Clone, Copy)]

@@ -8,8 +8,8 @@ use super::softening::Softening;
 use super::spectral::{Spectral, deviator};
 use super::volumetric::Volumetric;
 use super::{Voigt, Voigt2};
+use crate::law::parameters::MaterialParameters;
 use crate::number::{Real, closure};
-use crate::parameters::MaterialParameters;
 
 /// Deformation gradient of the axisymmetric problem: `[[rr, rz], [zr, zz]]` and `tt`.
 #[derive(Debug, Clone, Copy)]

@@ -230,7 +230,7 @@ impl PointMaterial {
 mod tests {
     use super::*;
     use crate::law::extensions::Extensions;
-    use crate::parameters::MaterialParameters;
+    use crate::law::parameters::MaterialParameters;
 
     const DT: f64 = 3e-3;
     const REACH: f64 = 2.414;

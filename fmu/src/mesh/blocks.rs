@@ -2,7 +2,7 @@
 
 use super::grading::layers;
 use super::presets::{Resolution, Zone};
-use crate::parameters::GeometryParameters;
+use crate::mesh::parameters::GeometryParameters;
 
 /// Corners (R, Z): lower left, lower right, upper left, upper right of the reference square.
 pub type Quad = [[f64; 2]; 4];

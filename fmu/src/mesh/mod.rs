@@ -9,7 +9,8 @@ mod grading;
 pub mod parameters;
 mod presets;
 
-use crate::parameters::{GeometryParameters, IndenterParameters, MeshParameters};
+use crate::contact::parameters::IndenterParameters;
+use crate::mesh::parameters::{GeometryParameters, MeshParameters};
 use blocks::Quad;
 use std::collections::HashMap;
 
@@ -221,7 +222,7 @@ impl Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::MeshPreset;
+    use crate::mesh::parameters::MeshPreset;
 
     fn meshes() -> Vec<(GeometryParameters, Mesh)> {
         let wide = GeometryParameters { sample_radius: 20e-3, sample_height: 20e-3, ..Default::default() };

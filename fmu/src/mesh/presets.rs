@@ -1,6 +1,6 @@
 //! The mesh presets, chosen by the convergence study in the documentation.
 
-use crate::parameters::{MeshParameters, MeshPreset};
+use crate::mesh::parameters::{MeshParameters, MeshPreset};
 
 /// How fine the mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::mesh::Mesh;
 use crate::contact::conditions::Condition;
-use crate::parameters::BoundaryParameters;
+use crate::contact::parameters::BoundaryParameters;
 
 /// Conditions of all unknowns while the punch is in contact.
 #[derive(Debug, Clone)]

@@ -93,7 +93,7 @@ fn face_points(cell: usize, nodes: &[[f64; 3]; NODES]) -> [FacePoint; 9] {
 mod tests {
     use super::super::forest::COARSE;
     use super::*;
-    use crate::parameters::GeometryParameters;
+    use crate::mesh::parameters::GeometryParameters;
     use std::f64::consts::PI;
 
     /// Goal: isoparametric cells follow the circles. Reference: quarter cylinder, quarter disc.

@@ -350,7 +350,8 @@ mod tests {
     use super::super::mesh::Mesh;
     use super::super::shape::POINTS;
     use super::*;
-    use crate::parameters::{GeometryParameters, MaterialParameters};
+    use crate::law::parameters::MaterialParameters;
+    use crate::mesh::parameters::GeometryParameters;
 
     /// Goal: the tangent is consistent. Set-up: a curved cell, irregular displacements of a few per cent,
     /// flown branches, seepage. Reference: central differences of the residual. Tolerance: 1e-6 of the

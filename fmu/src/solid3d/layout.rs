@@ -11,7 +11,7 @@
 //!
 //! Logical coordinates are dyadic fractions, so equal positions are equal numbers.
 
-use crate::parameters::GeometryParameters;
+use crate::mesh::parameters::GeometryParameters;
 
 /// Rings around the core.
 pub const RINGS: usize = 5;

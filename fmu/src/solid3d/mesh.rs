@@ -7,7 +7,7 @@
 use super::forest::{self, Cell, Key, Refinement, key, surface};
 use super::layout::{Chart, EDGE, LAYERS, RINGS, direction, ring_coordinate};
 use super::shape::{CORNER_NODES, CORNERS, NODES, linear, quadratic};
-use crate::parameters::GeometryParameters;
+use crate::mesh::parameters::GeometryParameters;
 use std::collections::HashMap;
 
 /// Weights of the nodes that a value is interpolated from.

@@ -7,10 +7,10 @@ use super::{IDENTITY, PLACE, Tensor, Voigt, Voigt2};
 use crate::law::branch::Branch;
 use crate::law::darcy::Darcy;
 use crate::law::ogden::Ogden;
+use crate::law::parameters::MaterialParameters;
 use crate::law::point::Energetics;
 use crate::law::spectral::deviator;
 use crate::law::volumetric::Volumetric;
-use crate::parameters::MaterialParameters;
 
 /// `det f`.
 #[inline]

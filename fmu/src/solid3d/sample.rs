@@ -5,7 +5,7 @@ use super::forest::{PAPER, Refinement};
 use super::geometry::Geometry;
 use super::linear::analyse;
 use super::mesh::Mesh;
-use crate::parameters::GeometryParameters;
+use crate::mesh::parameters::GeometryParameters;
 use crate::solver::multifrontal::{StructureError, Symbolic};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 

@@ -5,7 +5,7 @@
 
 use super::multifrontal::{self, Numeric, Symbolic};
 pub use super::pattern::CscPattern;
-use crate::parameters::LinearSolverKind;
+use crate::solver::parameters::LinearSolverKind;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SparseColMatRef;
 use faer::sparse::linalg::SupernodalThreshold;

@@ -6,7 +6,7 @@
 //! The continuation is linear in J and in the logarithmic strains of the first stage's frame, which
 //! keeps the viscous flow volume-preserving and the order two at finite strain.
 
-use crate::parameters::TimeScheme;
+use crate::solver::parameters::TimeScheme;
 
 /// One implicit stage of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]

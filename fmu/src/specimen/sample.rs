@@ -1,10 +1,11 @@
 //! The discretised sample: mesh, assembly map and matrix structure, shared by all instances.
 
+use crate::contact::parameters::IndenterParameters;
 use crate::element::geometry::Geometry;
 use crate::element::{AssemblyMap, Body};
 use crate::law::PointMaterial;
 use crate::mesh::Mesh;
-use crate::parameters::{GeometryParameters, IndenterParameters, MeshParameters};
+use crate::mesh::parameters::{GeometryParameters, MeshParameters};
 use crate::solver::linear::Structure;
 use crate::solver::multifrontal::{self, StructureError};
 use std::sync::{Arc, Mutex, PoisonError, Weak};

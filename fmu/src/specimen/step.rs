@@ -8,8 +8,8 @@ use crate::element::History;
 use crate::element::field::Integrals;
 use crate::machine::machine_energy;
 use crate::outputs::Statistics;
-use crate::parameters::TimeScheme;
 use crate::solver::newton::NewtonFailure;
+use crate::solver::parameters::TimeScheme;
 use crate::solver::scheme::stages;
 
 /// How long a step may search for its solution.

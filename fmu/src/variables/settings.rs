@@ -1,9 +1,9 @@
 //! What the variables are bound to: everything settable, and everything readable.
 
 use crate::fields::FieldSettings;
+use crate::law::parameters::{BranchParameters, OgdenParameters};
 use crate::law::{MaterialParameter, Spring};
 use crate::motion::protocol::Trapezoid;
-use crate::parameters::{BranchParameters, OgdenParameters};
 use crate::{ForceSensitivity, Outputs, Parameters, Statistics};
 use serde::{Deserialize, Serialize};
 

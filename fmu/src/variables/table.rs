@@ -8,10 +8,11 @@ use super::{
     Binding, Causality, Enumeration, Identification, Kind, ProtocolSource, Readings, Variability, Variable,
     sensitivities,
 };
+use crate::contact::parameters::IndenterProfile;
 use crate::fields::Frames;
-use crate::parameters::{
-    CONE_HALF_ANGLE, IndenterProfile, LinearSolverKind, MeshKind, MeshPreset, TimeScheme,
-};
+use crate::mesh::parameters::{MeshKind, MeshPreset};
+use crate::parameters::CONE_HALF_ANGLE;
+use crate::solver::parameters::{LinearSolverKind, TimeScheme};
 
 const MESH_PRESET: Enumeration = Enumeration {
     name: "MeshPreset",
