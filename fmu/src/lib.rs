@@ -27,6 +27,7 @@ pub mod number;
 pub mod outputs;
 pub mod parameters;
 pub mod protocol;
+mod registry;
 pub mod solid3d;
 pub mod solver;
 pub mod variables;

@@ -309,9 +309,7 @@ impl Parameters {
         positive("material.permeability", m.permeability)?;
         ogden("material.equilibrium", &m.equilibrium)?;
         for (i, branch) in m.branches.iter().enumerate() {
-            let name = format!("material.branch[{}]", i + 1);
-            ogden(&name, &branch.ogden)?;
-            positive(&format!("{name}.eta"), branch.eta)?;
+            validate_branch(i + 1, branch)?;
         }
         let g = &self.geometry;
         positive("geometry.punch_radius", g.punch_radius)?;
@@ -403,6 +401,13 @@ impl Parameters {
 
 /// Admissible half-angles of a cone (rad): from 10 degrees to half a degree short of a plane.
 pub(crate) const CONE_HALF_ANGLE: (f64, f64) = (PI / 18.0, PI * 89.5 / 180.0);
+
+/// Checks the viscous branch with this number.
+pub(crate) fn validate_branch(number: usize, branch: &BranchParameters) -> Result<(), ParameterError> {
+    let name = format!("material.branch[{number}]");
+    ogden(&name, &branch.ogden)?;
+    positive(&format!("{name}.eta"), branch.eta)
+}
 
 fn positive(name: &str, value: f64) -> Result<(), ParameterError> {
     within(name, value, f64::MIN_POSITIVE, f64::MAX)

@@ -24,7 +24,8 @@ impl Parameters {
 
     /// Stiffness of the layer (Pa/m), where there is one.
     pub(crate) fn stiffness(&self) -> Option<f64> {
-        self.is_active().then(|| 1.0 / self.compliance)
+        // The optimiser may divide before it asks whether the layer is there.
+        self.is_active().then(|| 1.0 / self.compliance.max(f64::MIN_POSITIVE))
     }
 
     /// The boundary conditions with it: the layer takes the place of the bond.
