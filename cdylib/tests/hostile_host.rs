@@ -221,6 +221,12 @@ fn what_has_no_effect_or_no_sense_is_said() {
     assert_eq!(unsafe { fmi2SetupExperiment(host.component, 1, 1e-4, 0.0, 0, 0.0) }, OK);
     assert!(host.last_words().contains("the tolerance 0.0001 of the experiment is not used"));
 
+    // An edge so sharp that its elements would have no size.
+    let host = Host::new();
+    host.real("indenter.edge_radius", 1e-300);
+    assert_eq!(host.initialise(), ERROR);
+    assert!(host.last_words().contains("indenter.edge_radius = "), "{}", host.last_words());
+
     // A sphere on elements of a hundred-thousandth of its size: refused, not tried.
     let host = Host::new();
     host.integer("indenter.profile", 2);
@@ -261,8 +267,8 @@ fn in_a_process_of_its_own(test: &str, case: &str) -> (ExitStatus, String) {
 #[test]
 fn forged_states_are_errors_or_good() {
     let (status, said) = in_a_process_of_its_own("forge", "");
-    assert!(status.success(), "{status}\n{said}");
-    println!("{said}");
+    println!("{status}\n{said}");
+    assert!(status.success());
 }
 
 /// Magic, version, GUID and length stand before the payload, the checksum behind it.
@@ -300,7 +306,7 @@ fn forge() {
     let mut random = Random(1);
     let specials = [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300, -1e300, 1e-300, 2e-8].map(f64::to_le_bytes);
     let (mut refused, mut not_restored, mut stepped, mut failed) = (0, 0, 0, 0);
-    for turn in 0..3000 {
+    for turn in 0..1500 {
         let mut forged = payload.to_vec();
         // The settings stand at the beginning, the path's numbers at the end.
         let place = match turn % 3 {
@@ -342,7 +348,7 @@ fn forge() {
         "forged states: {refused} refused, {not_restored} not restored, of some of the others {stepped} went on and \
          {failed} said why not"
     );
-    assert!(refused > 300 && stepped > 30);
+    assert!(refused > 150 && stepped > 30);
     // Alive and well.
     assert_eq!(unsafe { fmi2Reset(host.component) }, OK);
     host.integer("mesh.preset", 1);
@@ -364,7 +370,7 @@ mod floating_point {
     const TRAPPED: i32 = 1 | 4 | 8;
 
     const CASES: [&str; 8] =
-        ["plain", "sphere", "cone", "slip", "adhesion", "frictionless", "sensitivities", "machine"];
+        ["plain", "sphere", "slip", "adhesion", "sensitivities", "machine", "eyring", "softening"];
 
     fn choose(host: &Host, case: &str) {
         match case {
@@ -373,18 +379,18 @@ mod floating_point {
                 host.integer("indenter.profile", 2);
                 host.real("indenter.sphere_radius", 3e-3);
             }
-            "cone" => host.integer("indenter.profile", 3),
             "slip" => host.real("effect.slip.compliance", 1e-6),
             "adhesion" => {
                 host.real("effect.adhesion.strength", 100.0);
                 host.real("effect.adhesion.opening", 1e-4);
             }
-            "frictionless" => host.boolean("boundary.bonded_punch", 0),
             "sensitivities" => host.boolean("solver.sensitivities", 1),
             "machine" => {
                 host.real("effect.compliance.per_newton", 1e-3);
                 host.real("effect.load_cell_lag.time", 0.1);
             }
+            "eyring" => host.real("effect.eyring.inverse_stress", 1e-3),
+            "softening" => host.real("effect.softening.loss", 0.3),
             other => panic!("{other}"),
         }
     }
@@ -394,11 +400,9 @@ mod floating_point {
     fn nothing_traps() {
         let results = CASES.map(|case| (case, in_a_process_of_its_own("floating_point::trap", case)));
         for (case, (status, said)) in &results {
-            println!("{case}: {status}");
-            assert!(status.success() || said.contains("no step"), "{case}: {status}\n{said}");
+            println!("{case}: {status}\n{said}");
         }
-        let failed: Vec<_> = results.iter().filter(|(_, (status, _))| !status.success()).collect();
-        assert!(failed.is_empty(), "{failed:?}");
+        assert!(results.iter().all(|(_, (status, _))| status.success()));
     }
 
     #[test]

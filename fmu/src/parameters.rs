@@ -322,7 +322,7 @@ impl Parameters {
         }
         self.validate_indenter()?;
         if self.mesh.edge_size != 0.0 {
-            within("mesh.edge_size", self.mesh.edge_size, 1e-5 * g.reach(), g.reach())?;
+            within("mesh.edge_size", self.mesh.edge_size, SMALLEST_EDGE * g.reach(), g.reach())?;
         }
         if self.mesh.growth != 0.0 {
             within("mesh.growth", self.mesh.growth, 1.05, 10.0)?;
@@ -377,7 +377,10 @@ impl Parameters {
         }
         match i.profile {
             IndenterProfile::Flat => {
-                within("indenter.edge_radius", i.edge_radius, 0.0, self.geometry.punch_radius)?;
+                // A smaller one would have elements of no size.
+                let (radius, sharp) = (self.geometry.punch_radius, i.edge_radius == 0.0);
+                let least = if sharp { 0.0 } else { SMALLEST_EDGE * radius };
+                within("indenter.edge_radius", i.edge_radius, least, radius)?;
             }
             _ => only(i.edge_radius != 0.0, "indenter.edge_radius", "indenter.profile = flat")?,
         }
@@ -398,6 +401,9 @@ impl Parameters {
         Ok(())
     }
 }
+
+/// Smallest element and smallest radius of an edge, over the punch's radius.
+const SMALLEST_EDGE: f64 = 1e-5;
 
 /// Admissible half-angles of a cone (rad): from 10 degrees to half a degree short of a plane.
 pub(crate) const CONE_HALF_ANGLE: (f64, f64) = (PI / 18.0, PI * 89.5 / 180.0);

@@ -363,7 +363,7 @@ const INDENTER: &[Variable] = &[
     ),
     real(
         "indenter.edge_radius",
-        "Radius of a flat punch's edge, at most geometry.punch_radius; 0: sharp; acts only with indenter.profile = flat",
+        "Radius of a flat punch's edge, from 1e-5 of geometry.punch_radius to all of it; 0: sharp; acts only with indenter.profile = flat",
         &METRE,
         (0.0, 1e3),
         field!(Real, padded.indenter.edge_radius),
