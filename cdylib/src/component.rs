@@ -117,6 +117,10 @@ impl Saved {
         let [phase, has_stop, ..] = prefix[..] else { return Err("the saved life cycle is missing".into()) };
         let phase = *phases.get(usize::from(phase)).ok_or("the saved life cycle is unknown")?;
         let stop = if has_stop == 1 { Some(number(1)?) } else { None };
-        Ok(Self { slave, phase, experiment: (number(0)?, stop), last_time: number(2)? })
+        let (start, last_time) = (number(0)?, number(2)?);
+        if !(start.is_finite() && last_time.is_finite()) || stop.is_some_and(f64::is_nan) {
+            return Err("the saved times are no numbers".into());
+        }
+        Ok(Self { slave, phase, experiment: (start, stop), last_time })
     }
 }

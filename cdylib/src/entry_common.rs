@@ -5,7 +5,7 @@
 
 use crate::abi::{Boolean, CO_SIMULATION, CallbackFunctions, FmuState, Status, ValueReference};
 use crate::component::{Component, Saved};
-use crate::guard::{self, call, slice, slice_mut, text};
+use crate::guard::{self, bytes, call, slice, text, write, write_each};
 use crate::logger::Logger;
 use crate::phase::{ANY, GETTABLE, INITIALIZATION, INSTANTIATED, Phase, SETTABLE, STEP_COMPLETE};
 use poropunch::model_description::guid;
@@ -97,12 +97,12 @@ pub unsafe extern "C" fn fmi2FreeInstance(component: *mut c_void) {
     let _ = catch_unwind(std::panic::AssertUnwindSafe(|| drop(component)));
 }
 
-/// Start and stop time. The tolerance is not used: `solver.tolerance` is a parameter.
+/// Start and stop time. The tolerance is not used, as is logged: `solver.tolerance` is a parameter.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetupExperiment(
     component: *mut c_void,
-    _tolerance_defined: Boolean,
-    _tolerance: f64,
+    tolerance_defined: Boolean,
+    tolerance: f64,
     start_time: f64,
     stop_time_defined: Boolean,
     stop_time: f64,
@@ -113,6 +113,11 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
             let stop = (stop_time_defined != 0).then_some(stop_time);
             if !start_time.is_finite() || stop.is_some_and(|stop| stop.is_nan() || stop < start_time) {
                 return Err(format!("start time {start_time} s and stop time {stop:?} s are no interval"));
+            }
+            if tolerance_defined != 0 {
+                c.logger.event(|| {
+                    format!("the tolerance {tolerance} of the experiment is not used: solver.tolerance is a parameter")
+                });
             }
             c.experiment = (start_time, stop);
             Ok(())
@@ -189,10 +194,8 @@ macro_rules! access {
             // SAFETY: see the top of this file.
             unsafe {
                 call(component, stringify!($get), GETTABLE, |c| {
-                    let (references, values) = (slice(references, n)?, slice_mut(values, n)?);
-                    let read = c.slave.get_each(references, $from, $zero).map_err(|e| e.to_string())?;
-                    values.copy_from_slice(&read);
-                    Ok(())
+                    let read = c.slave.get_each(slice(references, n)?, $from, $zero);
+                    write_each(values, &read.map_err(|e| e.to_string())?)
                 })
             }
         }
@@ -249,11 +252,9 @@ pub unsafe extern "C" fn fmi2GetString(
     // SAFETY: see the top of this file.
     unsafe {
         call(component, "fmi2GetString", GETTABLE, |c| {
-            let (references, values) = (slice(references, n)?, slice_mut(values, n)?);
             let asked = Value::Text(String::new());
-            c.texts = c.slave.get_each(references, string, asked).map_err(|e| e.to_string())?;
-            values.iter_mut().zip(&c.texts).for_each(|(value, text)| *value = text.as_ptr());
-            Ok(())
+            c.texts = c.slave.get_each(slice(references, n)?, string, asked).map_err(|e| e.to_string())?;
+            write_each(values, &c.texts.iter().map(|text| text.as_ptr()).collect::<Vec<_>>())
         })
     }
 }
@@ -284,13 +285,13 @@ pub unsafe extern "C" fn fmi2GetFMUstate(component: *mut c_void, state: *mut Fmu
     // SAFETY: see the top of this file.
     unsafe {
         call(component, "fmi2GetFMUstate", ANY, |c| {
-            let state = state.as_mut().ok_or("the pointer to the state is NULL")?;
+            // The one handle that goes in and out: the standard wants a copy to be overwritten.
+            let present = *state.as_ref().ok_or("the pointer to the state is NULL")?;
             let saved = c.save();
-            if state.is_null() {
-                *state = c.keep(saved) as FmuState;
-            } else {
-                *c.states.get_mut(&(*state as usize)).ok_or(UNKNOWN_STATE)? = saved;
+            if present.is_null() {
+                return write(state, c.keep(saved) as FmuState);
             }
+            *c.states.get_mut(&(present as usize)).ok_or(UNKNOWN_STATE)? = saved;
             Ok(())
         })
     }
@@ -339,9 +340,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     // SAFETY: see the top of this file.
     unsafe {
         call(component, "fmi2SerializedFMUstateSize", ANY, |c| {
-            let size = size.as_mut().ok_or("the pointer to the size is NULL")?;
-            *size = saved(c, state)?.to_bytes()?.len();
-            Ok(())
+            write(size, saved(c, state)?.to_bytes()?.len())
         })
     }
 }
@@ -358,12 +357,10 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     unsafe {
         call(component, "fmi2SerializeFMUstate", ANY, |c| {
             let written = saved(c, state)?.to_bytes()?;
-            let target = slice_mut(bytes, size)?;
-            let target = target
-                .get_mut(..written.len())
-                .ok_or_else(|| format!("the state needs {} bytes, the buffer has {size}", written.len()))?;
-            target.copy_from_slice(&written);
-            Ok(())
+            if size < written.len() {
+                return Err(format!("the state needs {} bytes, the buffer has {size}", written.len()));
+            }
+            write_each(bytes, &written)
         })
     }
 }
@@ -372,20 +369,18 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     component: *mut c_void,
-    bytes: *const u8,
+    serialized: *const u8,
     size: usize,
     state: *mut FmuState,
 ) -> Status {
     // SAFETY: see the top of this file.
     unsafe {
         call(component, "fmi2DeSerializeFMUstate", ANY, |c| {
-            let state = state.as_mut().ok_or("the pointer to the state is NULL")?;
-            let saved = Saved::from_bytes(slice(bytes, size)?)?;
-            match c.states.get_mut(&(*state as usize)) {
-                Some(old) => *old = saved,
-                None => *state = c.keep(saved) as FmuState,
+            if state.is_null() {
+                return Err("the pointer to the state is NULL".to_owned());
             }
-            Ok(())
+            let saved = Saved::from_bytes(bytes(serialized, size)?)?;
+            write(state, c.keep(saved) as FmuState)
         })
     }
 }

@@ -3,7 +3,7 @@
 #![allow(clippy::missing_safety_doc)]
 
 use crate::abi::{Boolean, ERROR, OK, Status, ValueReference};
-use crate::guard::{Outcome, call, slice};
+use crate::guard::{Outcome, call, slice, write};
 use crate::phase::{AFTER_START, ANY, Phase, SETTABLE, STEP_COMPLETE};
 use poropunch::cosimulation::TIME_SLACK;
 use std::ffi::{c_char, c_int, c_void};
@@ -103,9 +103,7 @@ pub unsafe extern "C" fn fmi2GetStatus(component: *mut c_void, kind: c_int, valu
             if kind != DO_STEP_STATUS {
                 return no_status(kind);
             }
-            let value = value.as_mut().ok_or("the pointer to the value is NULL")?;
-            *value = if c.phase == Phase::Error { ERROR } else { OK };
-            Ok(())
+            write(value, if c.phase == Phase::Error { ERROR } else { OK })
         })
     }
 }
@@ -119,8 +117,7 @@ pub unsafe extern "C" fn fmi2GetRealStatus(component: *mut c_void, kind: c_int, 
             if kind != LAST_SUCCESSFUL_TIME {
                 return no_status(kind);
             }
-            *value.as_mut().ok_or("the pointer to the value is NULL")? = c.last_time;
-            Ok(())
+            write(value, c.last_time)
         })
     }
 }
@@ -149,8 +146,7 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
             if kind != TERMINATED {
                 return no_status(kind);
             }
-            *value.as_mut().ok_or("the pointer to the value is NULL")? = 0;
-            Ok(())
+            write(value, 0)
         })
     }
 }

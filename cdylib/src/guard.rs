@@ -64,30 +64,70 @@ pub fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "unknown".to_owned())
 }
 
+/// Most values of one call: each variable many times over. A greater count is not one, and must not be trusted with
+/// memory.
+const MOST_VALUES: usize = 1 << 16;
+
 /// A C array as a slice; `n = 0` needs no array.
 ///
 /// # Safety
 /// `array` is NULL or holds `n` values for as long as the slice lives.
 pub unsafe fn slice<'a, T>(array: *const T, n: usize) -> Result<&'a [T], String> {
+    if n > MOST_VALUES {
+        return Err(format!("{n} values in one call: at most {MOST_VALUES} are taken"));
+    }
+    // SAFETY: the caller's promise.
+    unsafe { any_slice(array, n) }
+}
+
+/// Bytes that a master kept for this library: as many as there are.
+///
+/// # Safety
+/// As [`slice`].
+pub unsafe fn bytes<'a>(array: *const u8, n: usize) -> Result<&'a [u8], String> {
+    if isize::try_from(n).is_err() {
+        return Err(format!("{n} bytes do not fit into memory"));
+    }
+    // SAFETY: the caller's promise.
+    unsafe { any_slice(array, n) }
+}
+
+unsafe fn any_slice<'a, T>(array: *const T, n: usize) -> Result<&'a [T], String> {
     match n {
         0 => Ok(&[]),
         _ if array.is_null() => Err(format!("an array of {n} values is NULL")),
-        // SAFETY: not NULL, and the caller's promise.
+        // SAFETY: not NULL, not larger than memory, and the caller's promise.
         _ => Ok(unsafe { std::slice::from_raw_parts(array, n) }),
     }
 }
 
-/// A C array to write into.
+/// Writes `values` to a C array, which need not be initialised: it is never read.
 ///
 /// # Safety
-/// As [`slice`], and nothing else refers to the array.
-pub unsafe fn slice_mut<'a, T>(array: *mut T, n: usize) -> Result<&'a mut [T], String> {
-    match n {
-        0 => Ok(&mut []),
-        _ if array.is_null() => Err(format!("an array of {n} values is NULL")),
-        // SAFETY: not NULL, and the caller's promise.
-        _ => Ok(unsafe { std::slice::from_raw_parts_mut(array, n) }),
+/// `array` is NULL or has room for as many values as there are, and nothing else refers to them.
+pub unsafe fn write_each<T: Copy>(array: *mut T, values: &[T]) -> Outcome {
+    if values.is_empty() {
+        return Ok(());
     }
+    if array.is_null() {
+        return Err(format!("an array of {} values is NULL", values.len()));
+    }
+    // SAFETY: not NULL, and the caller's promise.
+    unsafe { array.copy_from_nonoverlapping(values.as_ptr(), values.len()) };
+    Ok(())
+}
+
+/// Writes one result to where the master wants it; what was there is not read.
+///
+/// # Safety
+/// `place` is NULL or may be written.
+pub unsafe fn write<T: Copy>(place: *mut T, value: T) -> Outcome {
+    if place.is_null() {
+        return Err("the pointer to the result is NULL".to_owned());
+    }
+    // SAFETY: not NULL, and the caller's promise.
+    unsafe { place.write(value) };
+    Ok(())
 }
 
 /// A C string; `None` when NULL or not UTF-8.

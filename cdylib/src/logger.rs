@@ -43,8 +43,7 @@ impl Logger {
 
     fn send(&self, status: Status, category: &str, message: &str) {
         let Some(logger) = self.callbacks.logger else { return };
-        // The master passes the message to C's printf: a lone % would read arguments that are not there.
-        let message = c_string(&message.replace('%', "%%"));
+        let message = c_string(&escaped(message));
         let category = c_string(category);
         let environment = self.callbacks.component_environment;
         // SAFETY: the master guarantees that the callback outlives the component; all strings live here.
@@ -52,7 +51,71 @@ impl Logger {
     }
 }
 
+/// For the master, which passes the message to C's printf, where a lone % would read arguments that are not there,
+/// and takes a lone # for the beginning of a value reference (FMI 2.0.5, section 2.1.5).
+fn escaped(message: &str) -> String {
+    message.replace('%', "%%").replace('#', "##")
+}
+
 fn c_string(text: &str) -> CString {
     let bytes: Vec<u8> = text.bytes().filter(|&byte| byte != 0).collect();
     CString::new(bytes).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::RefCell;
+    use std::ffi::{CStr, c_char, c_void};
+    use std::ptr::null;
+
+    /// As a master reads a message: `%%` and `##` are single characters, a lone one begins something else.
+    fn read_by_master(message: &str) -> Option<String> {
+        let (mut text, mut rest) = (String::new(), message.chars());
+        while let Some(c) = rest.next() {
+            if matches!(c, '%' | '#') && rest.next() != Some(c) {
+                return None;
+            }
+            text.push(c);
+        }
+        Some(text)
+    }
+
+    thread_local! {
+        static HEARD: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+    }
+
+    unsafe extern "C" fn hear(
+        _: *mut c_void,
+        _: *const c_char,
+        _: Status,
+        _: *const c_char,
+        message: *const c_char,
+    ) {
+        // SAFETY: `send` passes a string that ends with a zero.
+        let message = unsafe { CStr::from_ptr(message) }.to_str().unwrap().to_owned();
+        HEARD.with_borrow_mut(|heard| heard.push(message));
+    }
+
+    #[test]
+    fn masters_read_what_was_said() {
+        // SAFETY: the variadic part is never used; x86-64 and aarch64 Linux pass the named arguments alike.
+        let logger = unsafe {
+            std::mem::transmute::<
+                unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char),
+                crate::abi::Logger,
+            >(hear)
+        };
+        let callbacks = CallbackFunctions {
+            logger: Some(logger),
+            allocate_memory: null(),
+            free_memory: null(),
+            step_finished: null(),
+            component_environment: std::ptr::null_mut(),
+        };
+        let said = "fields.path a#b%20/#r12#.pvd: 100 %";
+        Logger::new(callbacks, "test", false).error(said);
+        let heard = HEARD.with_borrow_mut(Vec::pop).unwrap();
+        assert_eq!(read_by_master(&heard).as_deref(), Some(said), "{heard}");
+    }
 }

@@ -43,14 +43,14 @@ fn reference(name: &str) -> u32 {
     by_name(name).unwrap().0
 }
 
-/// From `Instantiated` into a state, the punch at the surface and a coarse mesh.
+/// From `Instantiated` into a state, the punch at the surface and following the inputs, a coarse mesh.
 unsafe fn bring(c: *mut c_void, state: State) {
     unsafe {
         if state == Instantiated {
             return;
         }
-        let coarse = (reference("mesh.preset"), 1);
-        assert_eq!(fmi2SetInteger(c, &coarse.0, 1, &coarse.1), OK);
+        let choices = ["mesh.preset", "protocol.source"].map(reference);
+        assert_eq!(fmi2SetInteger(c, choices.as_ptr(), 2, [1, 1].as_ptr()), OK);
         assert_eq!(fmi2EnterInitializationMode(c), OK);
         if state == Initialization {
             return;

@@ -25,7 +25,9 @@ impl Parameters {
                 }),
             },
             adhesion: Adhesion { strength: effect.adhesion.strength, opening: effect.adhesion.opening },
-            shear_layer: (effect.slip.compliance != 0.0).then(|| 1.0 / effect.slip.compliance),
+            // The optimiser may divide before it asks whether the layer is there.
+            shear_layer: (effect.slip.compliance != 0.0)
+                .then(|| 1.0 / effect.slip.compliance.max(f64::MIN_POSITIVE)),
             compliance: effect.compliance.per_newton,
             material,
             geometry,

@@ -1,11 +1,11 @@
 //! The FMI co-simulation slave without any C: settings by value reference, initialise, step, save.
 
 use crate::fields::{FieldsError, Recorder, RecorderState};
-use crate::hash::fnv1a_128;
-use crate::model_description::guid_number;
+use crate::hash::hash_128;
+use crate::model_description::guid_bytes;
 use crate::motion::protocol::{Protocol, ProtocolError};
 use crate::variables::{
-    Causality, ProtocolSource, Readings, Settings, Value, VariableError, by_name, by_reference,
+    Causality, ProtocolSource, Readings, Settings, SettingsError, Value, VariableError, by_name, by_reference,
 };
 use crate::{Instance, Model, Outputs, ParameterError, Parameters, Snapshot, StepError};
 use serde::{Deserialize, Serialize};
@@ -35,6 +35,12 @@ pub enum SlaveError {
     /// A parameter set while running.
     #[error("{0} is fixed: set it before the end of the initialisation")]
     Fixed(String),
+    /// An input that moves nothing.
+    #[error(
+        "{0} has no effect: the punch follows the built-in protocol; to give the inputs, set protocol.source or \
+         protocol.source_number to 1 (inputs) before the end of the initialisation"
+    )]
+    IgnoredInput(String),
     /// Only an input has a derivative.
     #[error("{0} is not the input `displacement`: only its derivative can be set")]
     NotInterpolated(String),
@@ -55,6 +61,9 @@ pub enum SlaveError {
     /// Bytes that are not a saved state of this slave.
     #[error("not a saved state of this FMU: {0}")]
     BadState(&'static str),
+    /// A saved state with settings that nobody could have set.
+    #[error("not a saved state of this FMU: {0}")]
+    BadSettings(#[from] SettingsError),
 }
 
 #[derive(Debug)]
@@ -138,6 +147,9 @@ impl Slave {
                 return Err(SlaveError::Fixed(variable.name.to_owned()));
             }
         }
+        if self.follows_protocol() {
+            refuse_other_inputs(&settings, &self.settings)?;
+        }
         self.settings = settings;
         Ok(())
     }
@@ -157,8 +169,16 @@ impl Slave {
         if !value.is_finite() {
             return Err(VariableError::NotFinite { name: format!("der({})", variable.name), value }.into());
         }
+        if self.follows_protocol() && value != 0.0 {
+            return Err(SlaveError::IgnoredInput(format!("der({})", variable.name)));
+        }
         self.derivative = Some(value);
         Ok(())
+    }
+
+    /// Whether the slave runs along the built-in protocol.
+    fn follows_protocol(&self) -> bool {
+        self.run.as_ref().is_some_and(|run| run.protocol.is_some())
     }
 
     /// Builds the model from the parameters and puts the punch at its first position.
@@ -166,10 +186,19 @@ impl Slave {
     /// # Errors
     /// When the parameters are not admissible or the punch would start inside the sample.
     pub fn initialise(&mut self, start_time: f64) -> Result<(), SlaveError> {
-        let model = self.model(self.settings.parameters())?;
+        let settings = self.settings.chosen();
+        let protocol = protocol(&settings)?;
+        if protocol.is_some() {
+            // Masters that set all start values set the inputs' too: 0 asks for nothing.
+            refuse_other_inputs(&settings, &Settings::default())?;
+            if self.derivative.is_some_and(|rate| rate != 0.0) {
+                return Err(SlaveError::IgnoredInput("der(displacement)".to_owned()));
+            }
+        }
+        settings.validate_branches()?;
+        let model = self.model(settings.parameters())?;
         let mut instance = Instance::new(&model, self.start_displacement())?;
-        let protocol = protocol(&self.settings)?;
-        let recorder = Recorder::begin(&self.settings.fields, &mut instance, start_time)?;
+        let recorder = Recorder::begin(&settings.fields, &mut instance, start_time)?;
         self.model = Some(model);
         self.run = Some(Run { instance, start_time, time: start_time, protocol, recorder });
         Ok(())
@@ -184,7 +213,7 @@ impl Slave {
     }
 
     fn start_displacement(&self) -> f64 {
-        match self.settings.source {
+        match self.settings.chosen().source {
             ProtocolSource::Inputs => self.settings.displacement,
             ProtocolSource::Trapezoid => -self.settings.trapezoid.start_gap,
         }
@@ -290,6 +319,8 @@ impl Slave {
     }
 
     fn restore_run(&mut self, settings: &Settings, saved: &RunState) -> Result<(), SlaveError> {
+        let settings = &settings.chosen();
+        settings.validate_branches()?;
         let (start_time, time, protocol) = (saved.start_time, saved.time, protocol(settings)?);
         let parameters = settings.parameters();
         let (path, recorded) = (&settings.fields.path, saved.recorder.as_ref());
@@ -349,6 +380,18 @@ impl Run {
     }
 }
 
+/// Refuses inputs that differ from those `before`, where the punch does not follow them.
+fn refuse_other_inputs(settings: &Settings, before: &Settings) -> Result<(), SlaveError> {
+    let refused = |name: &str| Err(SlaveError::IgnoredInput(name.to_owned()));
+    if settings.displacement != before.displacement {
+        return refused("displacement");
+    }
+    if settings.displacement_rate != before.displacement_rate {
+        return refused("displacement_rate");
+    }
+    Ok(())
+}
+
 /// The built-in protocol, where it is switched on.
 fn protocol(settings: &Settings) -> Result<Option<Protocol>, ProtocolError> {
     match settings.source {
@@ -359,8 +402,8 @@ fn protocol(settings: &Settings) -> Result<Option<Protocol>, ProtocolError> {
 
 /// Follows the protocol, honouring the breakpoints inside the step.
 fn follow(instance: &mut Instance, protocol: &Protocol, from: f64, to: f64) -> Result<(), StepError> {
-    // A breakpoint this close to an end of the step belongs to it.
-    let slack = TIME_SLACK * (to - from);
+    // A breakpoint this close to an end of the step belongs to it, however long the step is.
+    let slack = TIME_SLACK * (to - from).min(1.0);
     let inside = protocol.breakpoints_between(from + slack, to - slack);
     let before = (!inside.is_empty()).then(|| instance.save());
     let mut time = from;
@@ -379,7 +422,7 @@ fn follow(instance: &mut Instance, protocol: &Protocol, from: f64, to: f64) -> R
 }
 
 const MAGIC: [u8; 8] = *b"POROFMU\0";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Magic, version, GUID, length of the payload.
 const HEADER: usize = 8 + 4 + 16 + 8;
 const CHECKSUM: usize = 16;
@@ -396,10 +439,10 @@ impl SlaveState {
         let mut bytes = Vec::with_capacity(HEADER + payload.len() + CHECKSUM);
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(guid_number().to_le_bytes());
+        bytes.extend(guid_bytes());
         bytes.extend((payload.len() as u64).to_le_bytes());
         bytes.extend(payload);
-        bytes.extend(fnv1a_128(&bytes).to_le_bytes());
+        bytes.extend(hash_128(&bytes));
         Ok(bytes)
     }
 
@@ -418,17 +461,32 @@ impl SlaveState {
         if body[8..12] != VERSION.to_le_bytes() {
             return Err(bad("another version of the format"));
         }
-        if body[12..28] != guid_number().to_le_bytes() {
+        if body[12..28] != *guid_bytes() {
             return Err(bad("written by an FMU with another GUID"));
         }
         if body[28..HEADER] != ((body.len() - HEADER) as u64).to_le_bytes() {
             return Err(bad("its length is wrong"));
         }
-        if *checksum != fnv1a_128(body).to_le_bytes() {
+        if *checksum != hash_128(body) {
             return Err(bad("its checksum is wrong"));
         }
-        let (attachment, state) =
+        let (attachment, state): (_, Self) =
             postcard::from_bytes(&body[HEADER..]).map_err(|_| bad("its contents cannot be read"))?;
+        state.validate()?;
         Ok((state, attachment))
+    }
+
+    /// Checks what a checksum does not: nothing may be restored that could not have been set or reached.
+    fn validate(&self) -> Result<(), SlaveError> {
+        self.settings.validate()?;
+        let run = self.run.as_ref();
+        let times = run.map_or([0.0; 2], |run| [run.start_time, run.time]);
+        if !(times.iter().chain(&self.derivative).all(|number| number.is_finite())) {
+            return Err(SlaveError::BadState("a time or derivative is no number"));
+        }
+        if run.is_some_and(|run| !run.snapshot.is_sound()) {
+            return Err(SlaveError::BadState("its path could not have been reached"));
+        }
+        Ok(())
     }
 }

@@ -57,6 +57,16 @@ pub struct Snapshot {
     path: Option<Path>,
 }
 
+impl Snapshot {
+    /// Whether a run could have reached it, as far as that can be told: it may come from anywhere.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.time.is_finite()
+            && self.target.is_finite()
+            && self.outputs.displacement.is_finite()
+            && self.path.as_ref().is_none_or(Path::is_sound)
+    }
+}
+
 /// One running experiment. Send, not Sync: one instance, one thread.
 pub struct Instance {
     model: Model,

@@ -30,6 +30,7 @@ pub mod motion;
 pub mod number;
 pub mod outputs;
 pub mod parameters;
+mod registry;
 pub mod sensor;
 pub mod solid3d;
 pub mod solver;

@@ -1,9 +1,12 @@
 //! `modelDescription.xml` (FMI 2.0 co-simulation), written from the variable table.
 
-use crate::hash::fnv1a_128;
+use crate::hash::hash_128;
 use crate::motion::protocol::Trapezoid;
-use crate::variables::{Causality, Enumeration, Kind, Value, Variability, Variable, table, units};
-use std::fmt::Write as _;
+use crate::solver::parameters::SolverParameters;
+use crate::variables::{Causality, Enumeration, Kind, Value, Variability, Variable, by_name, table, units};
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, Event};
+use std::io;
 use std::sync::LazyLock;
 
 /// Name of the model and of the binary inside the archive.
@@ -14,161 +17,303 @@ pub const LOG_ERROR: (&str, &str) = ("logStatusError", "Why a call failed");
 /// Log category of the life cycle and solver, with what it tells.
 pub const LOG_EVENTS: (&str, &str) = ("logEvents", "Life cycle and solver statistics of each step");
 
+/// Step of the default experiment (s): the corner of the default protocol lies on this grid.
+const DEFAULT_STEP: f64 = 0.0625;
+
+/// What an output depends on in initialisation mode, where it is not a constant.
+const INITIAL_DEPENDENCIES: [(&str, &[&str]); 2] = [
+    (
+        "punch_displacement",
+        &["displacement", "protocol.source", "protocol.start_gap", "protocol.source_number"],
+    ),
+    (
+        "indentation",
+        &[
+            "displacement",
+            "protocol.source",
+            "protocol.start_gap",
+            "protocol.source_number",
+            "effect.offset.height",
+        ],
+    ),
+];
+
 /// GUID of this variable table and version: it changes with any change of the description.
 pub fn guid() -> &'static str {
     static GUID: LazyLock<String> = LazyLock::new(|| {
-        let hex = format!("{:032x}", guid_number());
+        let hex: String = guid_bytes().iter().map(|byte| format!("{byte:02x}")).collect();
         let parts = [&hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..]];
         format!("{{{}}}", parts.join("-"))
     });
     &GUID
 }
 
-/// The GUID as a number, for saved states.
-pub(crate) fn guid_number() -> u128 {
-    static NUMBER: LazyLock<u128> = LazyLock::new(|| fnv1a_128(document("").as_bytes()));
-    *NUMBER
+/// The GUID's bytes, for saved states.
+pub(crate) fn guid_bytes() -> &'static [u8; 16] {
+    static BYTES: LazyLock<[u8; 16]> = LazyLock::new(|| hash_128(document("", table()).as_bytes()));
+    &BYTES
 }
 
 /// The whole document.
 pub fn xml() -> String {
-    document(guid())
+    document(guid(), table())
 }
 
-fn document(guid: &str) -> String {
-    let stop = Trapezoid::default().end_of_first_hold();
+type Xml = Writer<Vec<u8>>;
+/// Attributes of an element, in their order.
+type Attributes = Vec<(&'static str, String)>;
+
+fn document(guid: &str, variables: &[Variable]) -> String {
+    let mut x = Writer::new_with_indent(Vec::new(), b' ', 2);
+    write(&mut x, guid, variables).expect("writing to memory does not fail");
+    String::from_utf8(x.into_inner()).expect("names and texts are UTF-8") + "\n"
+}
+
+fn write(x: &mut Xml, guid: &str, variables: &[Variable]) -> io::Result<()> {
+    x.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let version = env!("CARGO_PKG_VERSION");
-    let mut x = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
-    x += &format!(
-        "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"{MODEL_IDENTIFIER}\" guid=\"{guid}\"\n    \
-         description=\"Flat punch pressed into a poro-viscoelastic, water-saturated sample\"\n    \
-         author=\"the poropunch authors\" version=\"{version}\" license=\"MIT OR Apache-2.0\"\n    \
-         generationTool=\"poropunch {version}\" variableNamingConvention=\"structured\">\n"
-    );
-    x += &format!(
-        "  <CoSimulation modelIdentifier=\"{MODEL_IDENTIFIER}\" canHandleVariableCommunicationStepSize=\"true\"\n    \
-         canInterpolateInputs=\"true\" canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\"\n    \
-         canNotUseMemoryManagementFunctions=\"true\"/>\n"
-    );
-    unit_definitions(&mut x);
-    type_definitions(&mut x);
-    x += "  <LogCategories>\n";
-    for (name, description) in [LOG_EVENTS, LOG_ERROR] {
-        x += &format!("    <Category name=\"{name}\" description=\"{description}\"/>\n");
-    }
-    x += "  </LogCategories>\n";
-    x += &format!("  <DefaultExperiment startTime=\"0.0\" stopTime=\"{stop:?}\" stepSize=\"0.1\"/>\n");
-    x += "  <ModelVariables>\n";
-    for (reference, variable) in table().iter().enumerate() {
-        scalar_variable(&mut x, reference, variable);
-    }
-    x += "  </ModelVariables>\n";
-    model_structure(&mut x);
-    x += "</fmiModelDescription>\n";
-    x
+    let root = x.create_element("fmiModelDescription").with_attributes([
+        ("fmiVersion", "2.0"),
+        ("modelName", MODEL_IDENTIFIER),
+        ("guid", guid),
+        ("description", "Flat punch pressed into a poro-viscoelastic, water-saturated sample"),
+        ("author", "the poropunch authors"),
+        ("version", version),
+        ("license", "MIT OR Apache-2.0"),
+        ("generationTool", &format!("poropunch {version}")),
+        ("variableNamingConvention", "structured"),
+    ]);
+    root.write_inner_content(|x| {
+        x.create_element("CoSimulation")
+            .with_attributes([
+                ("modelIdentifier", MODEL_IDENTIFIER),
+                ("canHandleVariableCommunicationStepSize", "true"),
+                ("canInterpolateInputs", "true"),
+                ("canGetAndSetFMUstate", "true"),
+                ("canSerializeFMUstate", "true"),
+                ("canNotUseMemoryManagementFunctions", "true"),
+            ])
+            .write_empty()?;
+        x.create_element("UnitDefinitions").write_inner_content(unit_definitions)?;
+        x.create_element("TypeDefinitions").write_inner_content(|x| type_definitions(x, variables))?;
+        x.create_element("LogCategories").write_inner_content(|x| {
+            for (name, description) in [LOG_EVENTS, LOG_ERROR] {
+                let category = [("name", name), ("description", description)];
+                x.create_element("Category").with_attributes(category).write_empty()?;
+            }
+            Ok(())
+        })?;
+        default_experiment(x)?;
+        x.create_element("ModelVariables").write_inner_content(|x| {
+            (0_u32..).zip(variables).try_for_each(|(reference, v)| scalar_variable(x, reference, v))
+        })?;
+        x.create_element("ModelStructure").write_inner_content(|x| model_structure(x, variables))?;
+        Ok(())
+    })?;
+    Ok(())
 }
 
-fn unit_definitions(x: &mut String) {
-    *x += "  <UnitDefinitions>\n";
+fn empty(x: &mut Xml, name: &str, attributes: &Attributes) -> io::Result<()> {
+    let attributes = attributes.iter().map(|(name, value)| (*name, value.as_str()));
+    x.create_element(name).with_attributes(attributes).write_empty()?;
+    Ok(())
+}
+
+fn default_experiment(x: &mut Xml) -> io::Result<()> {
+    let attributes = vec![
+        ("startTime", "0.0".to_owned()),
+        ("stopTime", format!("{:?}", Trapezoid::default().end_of_first_hold())),
+        ("tolerance", format!("{:?}", SolverParameters::default().tolerance)),
+        ("stepSize", format!("{DEFAULT_STEP:?}")),
+    ];
+    empty(x, "DefaultExperiment", &attributes)
+}
+
+fn unit_definitions(x: &mut Xml) -> io::Result<()> {
     for unit in units::ALL {
         let (kg, m, s) = unit.exponents;
-        let base: String = [("kg", kg), ("m", m), ("s", s)]
-            .iter()
-            .filter(|(_, exponent)| *exponent != 0)
-            .map(|(name, exponent)| format!(" {name}=\"{exponent}\""))
-            .collect();
-        *x += &format!(
-            "    <Unit name=\"{}\"><BaseUnit{base}/><DisplayUnit name=\"{}\" factor=\"{:?}\"/></Unit>\n",
-            unit.symbol, unit.display, unit.factor
-        );
+        let base = [("kg", kg), ("m", m), ("s", s), ("rad", unit.radians)];
+        let base = base.into_iter().filter(|(_, exponent)| *exponent != 0);
+        let base = base.map(|(name, exponent)| (name, exponent.to_string())).collect();
+        let display = vec![("name", unit.display.to_owned()), ("factor", format!("{:?}", unit.factor))];
+        x.create_element("Unit").with_attribute(("name", unit.symbol)).write_inner_content(|x| {
+            empty(x, "BaseUnit", &base)?;
+            empty(x, "DisplayUnit", &display)
+        })?;
     }
-    *x += "  </UnitDefinitions>\n";
+    Ok(())
 }
 
-fn type_definitions(x: &mut String) {
+fn type_definitions(x: &mut Xml, variables: &[Variable]) -> io::Result<()> {
     let mut written: Vec<&Enumeration> = Vec::new();
-    *x += "  <TypeDefinitions>\n";
-    for variable in table() {
+    for variable in variables {
         let Kind::Enumeration(enumeration) = variable.kind else { continue };
         if written.contains(&enumeration) {
             continue;
         }
         written.push(enumeration);
-        *x += &format!("    <SimpleType name=\"{}\">\n      <Enumeration>\n", enumeration.name);
-        for ((name, description), value) in enumeration.items.iter().zip(1..) {
-            let description = escape(description);
-            *x +=
-                &format!("        <Item name=\"{name}\" value=\"{value}\" description=\"{description}\"/>\n");
-        }
-        *x += "      </Enumeration>\n    </SimpleType>\n";
+        let simple = x.create_element("SimpleType").with_attribute(("name", enumeration.name));
+        simple.write_inner_content(|x| {
+            x.create_element("Enumeration").write_inner_content(|x| {
+                for ((name, description), value) in enumeration.items.iter().zip(1..) {
+                    let item =
+                        [("name", *name), ("value", &format!("{value}")), ("description", description)];
+                    x.create_element("Item").with_attributes(item).write_empty()?;
+                }
+                Ok(())
+            })?;
+            Ok(())
+        })?;
     }
-    *x += "  </TypeDefinitions>\n";
+    Ok(())
 }
 
-fn scalar_variable(x: &mut String, reference: usize, variable: &Variable) {
+fn scalar_variable(x: &mut Xml, reference: u32, variable: &Variable) -> io::Result<()> {
     let (causality, initial) = match variable.causality {
-        Causality::Parameter => ("parameter", " initial=\"exact\""),
-        Causality::Input => ("input", ""),
-        Causality::Output => ("output", " initial=\"calculated\""),
+        Causality::Parameter => ("parameter", Some("exact")),
+        Causality::Input => ("input", None),
+        Causality::Output => ("output", Some("calculated")),
     };
     let variability = match variable.variability {
         Variability::Fixed => "fixed",
         Variability::Discrete => "discrete",
         Variability::Continuous => "continuous",
     };
-    let start = match (variable.causality, variable.start()) {
-        (Causality::Output, _) => String::new(),
-        (_, Value::Real(v)) => format!(" start=\"{v:?}\""),
-        (_, Value::Integer(v)) => format!(" start=\"{v}\""),
-        (_, Value::Boolean(v)) => format!(" start=\"{v}\""),
-        (_, Value::Text(v)) => format!(" start=\"{}\"", escape(&v)),
-    };
-    let kind = match variable.kind {
-        Kind::Real { unit, range } => {
-            let range =
-                range.map(|(min, max)| format!(" min=\"{min:?}\" max=\"{max:?}\"")).unwrap_or_default();
-            format!("Real unit=\"{}\" displayUnit=\"{}\"{range}{start}", unit.symbol, unit.display)
-        }
-        Kind::Integer { range } => {
-            let range = range.map(|(min, max)| format!(" min=\"{min}\" max=\"{max}\"")).unwrap_or_default();
-            format!("Integer{range}{start}")
-        }
-        Kind::Boolean => format!("Boolean{start}"),
-        Kind::Text => format!("String{start}"),
-        Kind::Enumeration(e) => {
-            format!("Enumeration declaredType=\"{}\" min=\"1\" max=\"{}\"{start}", e.name, e.items.len())
-        }
-    };
-    *x += &format!(
-        "    <ScalarVariable name=\"{}\" valueReference=\"{reference}\" causality=\"{causality}\" \
-         variability=\"{variability}\"{initial}\n      description=\"{}\">\n      <{kind}/>\n    </ScalarVariable>\n",
-        escape(variable.name),
-        escape(variable.description),
-    );
+    let reference = reference.to_string();
+    x.create_element("ScalarVariable")
+        .with_attributes([
+            ("name", variable.name),
+            ("valueReference", &reference),
+            ("causality", causality),
+            ("variability", variability),
+        ])
+        .with_attributes(initial.map(|initial| ("initial", initial)))
+        .new_line()
+        .with_attribute(("description", variable.description))
+        .write_inner_content(|x| typed(x, variable))?;
+    Ok(())
 }
 
-fn model_structure(x: &mut String) {
-    // Indices count from 1; the table's order makes them ascending.
-    let outputs: Vec<usize> =
-        (1..).zip(table()).filter(|(_, v)| v.causality == Causality::Output).map(|(i, _)| i).collect();
-    *x += "  <ModelStructure>\n";
-    for section in ["Outputs", "InitialUnknowns"] {
-        *x += &format!("    <{section}>\n");
-        for index in &outputs {
-            // Writing to a String cannot fail.
-            let _ = writeln!(x, "      <Unknown index=\"{index}\"/>");
-        }
-        *x += &format!("    </{section}>\n");
+/// The element of the variable's type.
+fn typed(x: &mut Xml, variable: &Variable) -> io::Result<()> {
+    fn range<T: std::fmt::Debug>(range: Option<(T, T)>) -> Attributes {
+        range.map_or_else(Vec::new, |(min, max)| {
+            vec![("min", format!("{min:?}")), ("max", format!("{max:?}"))]
+        })
     }
-    *x += "  </ModelStructure>\n";
+    let (name, mut attributes) = match variable.kind {
+        Kind::Real { unit, range: bounds } => {
+            let units = vec![("unit", unit.symbol.to_owned()), ("displayUnit", unit.display.to_owned())];
+            let nominal = vec![("nominal", format!("{:?}", variable.nominal()))];
+            ("Real", [units, range(bounds), nominal].concat())
+        }
+        Kind::Integer { range: bounds } => ("Integer", range(bounds)),
+        Kind::Boolean => ("Boolean", Vec::new()),
+        Kind::Text => ("String", Vec::new()),
+        Kind::Enumeration(e) => {
+            let declared = vec![("declaredType", e.name.to_owned())];
+            ("Enumeration", [declared, range(Some((1, e.items.len())))].concat())
+        }
+    };
+    if variable.causality != Causality::Output {
+        let start = match variable.start() {
+            Value::Real(v) => format!("{v:?}"),
+            Value::Integer(v) => v.to_string(),
+            Value::Boolean(v) => v.to_string(),
+            Value::Text(v) => v,
+        };
+        attributes.push(("start", start));
+    }
+    empty(x, name, &attributes)
 }
 
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+/// Outputs are those of the last step: at the same instant they depend on no input.
+fn model_structure(x: &mut Xml, variables: &[Variable]) -> io::Result<()> {
+    // Indices count from 1; the table's order makes them ascending.
+    let outputs = || (1..).zip(variables).filter(|(_, v)| v.causality == Causality::Output);
+    let unknown = |x: &mut Xml, index: usize, dependencies: String| {
+        empty(x, "Unknown", &vec![("index", index.to_string()), ("dependencies", dependencies)])
+    };
+    x.create_element("Outputs")
+        .write_inner_content(|x| outputs().try_for_each(|(index, _)| unknown(x, index, String::new())))?;
+    x.create_element("InitialUnknowns").write_inner_content(|x| {
+        outputs().try_for_each(|(index, variable)| {
+            let known = INITIAL_DEPENDENCIES.iter().find(|(name, _)| *name == variable.name);
+            let mut indices: Vec<u32> = known
+                .iter()
+                .flat_map(|(_, names)| names.iter().filter_map(|name| by_name(name)))
+                .map(|(reference, _)| reference + 1)
+                .collect();
+            indices.sort_unstable();
+            let indices: Vec<String> = indices.iter().map(u32::to_string).collect();
+            unknown(x, index, indices.join(" "))
+        })
+    })?;
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+    use crate::cosimulation::Slave;
+
+    #[test]
+    fn the_guid_changes_with_the_table() {
+        let hash = |table: &[Variable]| hash_128(document("", table).as_bytes());
+        let mut other = table().to_vec();
+        assert_eq!(hash(&other), *guid_bytes());
+        other[3].description = "another";
+        assert_ne!(hash(&other), *guid_bytes());
+        other = table().to_vec();
+        other.swap(4, 5);
+        assert_ne!(hash(&other), *guid_bytes());
+    }
+
+    /// Every settable variable is changed by itself; which outputs change before the first step?
+    #[test]
+    fn initial_dependencies_are_complete_and_true() {
+        let outputs = || (0..).zip(table()).filter(|(_, v)| v.causality == Causality::Output);
+        let read = |slave: &Slave| -> Vec<Value> { outputs().map(|(r, _)| slave.get(r).unwrap()).collect() };
+        for inputs in [false, true] {
+            let plain = || {
+                let mut slave = Slave::new();
+                let source = by_name("protocol.source").unwrap().0;
+                slave.set(&[(source, Value::Integer(if inputs { 1 } else { 2 }))]).unwrap();
+                slave
+            };
+            let before = read(&plain());
+            for (reference, variable) in (0..).zip(table()) {
+                let changed = match (variable.kind, variable.start()) {
+                    (Kind::Real { range: Some((min, max)), .. }, Value::Real(v)) => {
+                        Value::Real(if v == 0.5 * (min + max) { max } else { 0.5 * (min + max) })
+                    }
+                    (Kind::Enumeration(_), Value::Integer(v)) => Value::Integer(3 - v.min(2)),
+                    (Kind::Integer { .. }, Value::Integer(v)) => Value::Integer(v + 1),
+                    (Kind::Boolean, Value::Boolean(v)) => Value::Boolean(!v),
+                    _ => continue,
+                };
+                let mut slave = plain();
+                slave.set(&[(reference, changed)]).unwrap();
+                for (((_, output), old), new) in outputs().zip(&before).zip(read(&slave)) {
+                    let listed = INITIAL_DEPENDENCIES
+                        .iter()
+                        .any(|(name, on)| *name == output.name && on.contains(&variable.name));
+                    assert!(listed || *old == new, "{} depends on {}", output.name, variable.name);
+                }
+            }
+        }
+        for name in INITIAL_DEPENDENCIES.iter().flat_map(|(output, on)| on.iter().chain([output])) {
+            assert!(by_name(name).is_some(), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_corner_of_the_default_protocol_lies_on_the_default_grid() {
+        for (time, _) in Trapezoid::default().first_hold().unwrap().points() {
+            assert_eq!((time / DEFAULT_STEP).fract(), 0.0, "{time} s");
+        }
+    }
+
     #[test]
     fn committed_file_is_fresh() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../modelDescription.xml");

@@ -43,9 +43,7 @@ impl Parameters {
         positive("material.permeability", m.permeability)?;
         ogden("material.equilibrium", &m.equilibrium)?;
         for (i, branch) in m.branches.iter().enumerate() {
-            let name = format!("material.branch[{}]", i + 1);
-            ogden(&name, &branch.ogden)?;
-            positive(&format!("{name}.eta"), branch.eta)?;
+            validate_branch(i + 1, branch)?;
         }
         let g = &self.geometry;
         positive("geometry.punch_radius", g.punch_radius)?;
@@ -58,7 +56,7 @@ impl Parameters {
         }
         self.validate_indenter()?;
         if self.mesh.edge_size != 0.0 {
-            within("mesh.edge_size", self.mesh.edge_size, 1e-5 * g.reach(), g.reach())?;
+            within("mesh.edge_size", self.mesh.edge_size, SMALLEST_EDGE * g.reach(), g.reach())?;
         }
         if self.mesh.growth != 0.0 {
             within("mesh.growth", self.mesh.growth, 1.05, 10.0)?;
@@ -113,7 +111,10 @@ impl Parameters {
         }
         match i.profile {
             IndenterProfile::Flat => {
-                within("indenter.edge_radius", i.edge_radius, 0.0, self.geometry.punch_radius)?;
+                // A smaller one would have elements of no size.
+                let (radius, sharp) = (self.geometry.punch_radius, i.edge_radius == 0.0);
+                let least = if sharp { 0.0 } else { SMALLEST_EDGE * radius };
+                within("indenter.edge_radius", i.edge_radius, least, radius)?;
             }
             _ => only(i.edge_radius != 0.0, "indenter.edge_radius", "indenter.profile = flat")?,
         }
@@ -135,6 +136,8 @@ impl Parameters {
     }
 }
 
+/// Smallest element and smallest radius of an edge, over the punch's radius.
+const SMALLEST_EDGE: f64 = 1e-5;
 impl Parameters {
     /// Checks the ranges of the effects that the variable table declares, and what cannot be combined.
     ///
@@ -184,6 +187,13 @@ impl Parameters {
 
 /// Admissible half-angles of a cone (rad): from 10 degrees to half a degree short of a plane.
 pub(crate) const CONE_HALF_ANGLE: (f64, f64) = (PI / 18.0, PI * 89.5 / 180.0);
+
+/// Checks the viscous branch with this number.
+pub(crate) fn validate_branch(number: usize, branch: &BranchParameters) -> Result<(), ParameterError> {
+    let name = format!("material.branch[{number}]");
+    ogden(&name, &branch.ogden)?;
+    positive(&format!("{name}.eta"), branch.eta)
+}
 
 fn positive(name: &str, value: f64) -> Result<(), ParameterError> {
     within(name, value, f64::MIN_POSITIVE, f64::MAX)

@@ -47,6 +47,11 @@ fn our_lint_finds_each_planted_problem() {
         (good.replacen("<BaseUnit m=\"1\"/>", "", 1), "no BaseUnit"),
         (good.replacen("Unit name=\"N\"", "Unit name=\"kN\"", 1), "its unit is not defined"),
         (good.replacen(guid(), " ", 1), "the GUID is empty"),
+        (good.replacen(" dependencies=\"\"", "", 1), "no dependencies"),
+        (good.replacen(" nominal=\"1e-15\"", "", 1).replacen(" nominal=\"0.01\"", "", 1), "no nominal value"),
+        (good.replacen("rad=\"1\"", "", 1), "unit rad"),
+        (good.replacen(" tolerance=", " notTolerance=", 1), "DefaultExperiment: no tolerance"),
+        (good.replace("the fluid part", "the solid part"), "the description of another"),
     ];
     for (xml, expected) in planted {
         assert_ne!(xml, good, "nothing planted for: {expected}");
@@ -66,6 +71,49 @@ fn the_lint_compares_starts_with_the_binary() {
     assert_eq!(problems, ["material.n0s: start is 0.033 in the description and 0.032 in the binary"]);
 }
 
+/// Linked crates and their licences, as cargo knows them: the file is made by hand after a change.
+#[test]
+fn the_licences_are_those_of_the_linked_crates() {
+    let tree = Command::new("cargo")
+        .args(["tree", "--offline", "-p", "poropunch-cdylib", "-e", "normal,no-proc-macro"])
+        .args(["--prefix", "none", "--format", "{p}: {l}"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let tree = String::from_utf8(tree.stdout).unwrap();
+    let licences = include_str!("../../cdylib/resources/licenses.txt");
+    let stale = "licenses.txt is stale: run `python3 cdylib/resources/licenses.py`";
+    let mut crates = 0;
+    for line in tree.lines().filter(|line| !line.is_empty() && !line.starts_with("poropunch")) {
+        let line = line.trim_end_matches(" (*)").replacen(" v", " ", 1);
+        assert!(licences.lines().any(|l| l == line), "{line}: {stale}");
+        crates += 1;
+    }
+    assert!(crates > 20, "{tree}");
+}
+
+#[test]
+fn our_lint_finds_what_is_wrong_with_the_files() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::TempDir::new().unwrap();
+    let copy = folder.path().join("copy.fmu");
+    std::fs::copy(archive(), &copy).unwrap();
+    std::fs::set_permissions(&copy, std::fs::Permissions::from_mode(0o600)).unwrap();
+    assert_eq!(lint(&copy).unwrap(), ["the archive has mode 600: others cannot read it"]);
+
+    let unpacked = folder.path().join("unpacked");
+    zip::ZipArchive::new(std::fs::File::open(archive()).unwrap()).unwrap().extract(&unpacked).unwrap();
+    std::fs::remove_file(unpacked.join("documentation/licenses/third-party.txt")).unwrap();
+    let library = unpacked.join("binaries/linux64/poropunch.so");
+    let mut bytes = std::fs::read(&library).unwrap();
+    // Behind the file's end nothing of it is loaded: what a section's name would be.
+    bytes.extend(b"\0.debug_info\0");
+    std::fs::write(&library, bytes).unwrap();
+    let problems = lint(&unpacked).unwrap();
+    assert!(problems.iter().any(|p| p.contains("third-party.txt is missing")), "{problems:?}");
+    assert!(problems.iter().any(|p| p.contains("debug information")), "{problems:?}");
+}
+
 #[test]
 fn has_everything_and_is_the_same_byte_for_byte() {
     let bytes = std::fs::read(archive()).unwrap();
@@ -81,6 +129,7 @@ fn has_everything_and_is_the_same_byte_for_byte() {
         "model.png",
         "documentation/index.html",
         "documentation/licenses/license.txt",
+        "documentation/licenses/third-party.txt",
         "binaries/linux64/poropunch.so",
     ] {
         assert!(names.iter().any(|name| name == expected), "{expected} is missing in {names:?}");

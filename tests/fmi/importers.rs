@@ -95,7 +95,7 @@ fn a_second_importer_agrees() {
         assert_eq!(status, fmi_rs::fmi2::types::fmi2Status::Ok);
     };
     let [displacement, rate] = ["displacement", "displacement_rate"].map(reference);
-    ok(instance.setInteger(&[reference("mesh.preset")], &[1]));
+    ok(instance.setInteger(&["mesh.preset", "protocol.source"].map(reference), &[1, 1]));
     ok(instance.setReal(&[displacement], &[rows[0][1]]));
     ok(instance.setupExperiment(None, 0.0, Some(2.0)));
     ok(instance.enterInitializationMode());

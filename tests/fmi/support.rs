@@ -38,7 +38,7 @@ pub fn get(instance: &mut FmuInstance, name: &str) -> f64 {
     instance.get_real(&[reference(name)]).unwrap()[0]
 }
 
-/// A coarse instance, still to be initialised.
+/// A coarse instance that follows the inputs, still to be initialised.
 pub fn coarse() -> FmuInstance {
     let mut instance = fmu().instantiate("test").unwrap();
     choose_coarse(&mut instance);
@@ -46,7 +46,7 @@ pub fn coarse() -> FmuInstance {
 }
 
 pub fn choose_coarse(instance: &mut FmuInstance) {
-    instance.set_integer(&[reference("mesh.preset")], &[1]).unwrap();
+    instance.set_integer(&["mesh.preset", "protocol.source"].map(reference), &[1, 1]).unwrap();
 }
 
 pub fn initialise(instance: &mut FmuInstance, stop_time: Option<f64>) {

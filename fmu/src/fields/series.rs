@@ -2,7 +2,7 @@
 
 use super::vtu;
 use super::{Fields, FieldsError};
-use crate::hash::fnv1a_128;
+use crate::hash::hash_128;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io::ErrorKind;
@@ -14,7 +14,7 @@ pub struct Frame {
     /// Its time (s).
     pub time: f64,
     /// Hash of its file.
-    content: u128,
+    content: [u8; 16],
 }
 
 /// A series under way.
@@ -46,7 +46,7 @@ impl Series {
         let mut series = Self::at(path)?;
         fs::create_dir_all(&series.folder).map_err(|e| unwritable(&series.folder, &e))?;
         let is_there = |(index, frame): (usize, &Frame)| {
-            fs::read(series.file(index)).is_ok_and(|bytes| fnv1a_128(&bytes) == frame.content)
+            fs::read(series.file(index)).is_ok_and(|bytes| hash_128(&bytes) == frame.content)
         };
         let kept = saved.iter().enumerate().take_while(|&pair| is_there(pair)).count();
         series.replace(saved[..kept].to_vec())?;
@@ -72,7 +72,7 @@ impl Series {
     pub fn add(&mut self, time: f64, fields: &Fields) -> Result<(), FieldsError> {
         let text = vtu::frame(fields, time);
         write(&self.file(self.frames.len()), &text)?;
-        self.frames.push(Frame { time, content: fnv1a_128(text.as_bytes()) });
+        self.frames.push(Frame { time, content: hash_128(text.as_bytes()) });
         self.write_collection().inspect_err(|_| self.frames.truncate(self.frames.len() - 1))
     }
 

@@ -10,6 +10,7 @@ fn slave(pvd: &Path) -> Slave {
     let mut slave = Slave::new();
     let values = [
         ("mesh.preset", Value::Integer(1)),
+        ("protocol.source", Value::Integer(1)),
         ("fields.path", Value::Text(pvd.to_str().unwrap().to_owned())),
         ("fields.frames", Value::Integer(2)),
     ];

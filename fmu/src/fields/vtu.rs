@@ -1,83 +1,113 @@
 //! VTK's XML formats: one frame as an unstructured grid (.vtu), a series as a collection (.pvd).
 //!
-//! Written here because the only crate for it, vtkio, has had no stable release since 2021. Arrays are base64, each
+//! The one crate for them, vtkio, has had no stable release since 2021, so the elements are named here. Arrays are base64, each
 //! with its length before it: what every reader of VTK's files knows.
 
 use super::{Field, Fields};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use std::fmt::Write as _;
+use quick_xml::Writer;
+use quick_xml::events::BytesText;
+use std::io;
 
 /// VTK's number of the biquadratic quadrilateral.
 const BIQUADRATIC_QUAD: u8 = 28;
 
+type Xml = Writer<Vec<u8>>;
+
 /// A frame at `time` (s).
 pub(super) fn frame(fields: &Fields, time: f64) -> String {
-    let mut x = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
-         header_type=\"UInt64\">\n<UnstructuredGrid>\n<FieldData>\n",
-    );
-    array(&mut x, "Float64", "TimeValue", " NumberOfTuples=\"1\"", bytes(&[time], f64::to_le_bytes));
-    x += "</FieldData>\n";
-    // Writing to a String cannot fail.
-    let (points, cells) = (fields.points.len(), fields.cells.len());
-    let _ = writeln!(x, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">");
+    document("UnstructuredGrid", &[("version", "1.0"), ("header_type", "UInt64")], |x| {
+        x.create_element("FieldData").write_inner_content(|x| {
+            let single = [("NumberOfTuples", "1".to_owned())];
+            array(x, "Float64", "TimeValue", single, bytes(&[time], f64::to_le_bytes))
+        })?;
+        let (points, cells) = (fields.points.len().to_string(), fields.cells.len().to_string());
+        let piece = [("NumberOfPoints", points.as_str()), ("NumberOfCells", &cells)];
+        x.create_element("Piece").with_attributes(piece).write_inner_content(|x| piece_of(x, fields))?;
+        Ok(())
+    })
+}
+
+fn piece_of(x: &mut Xml, fields: &Fields) -> io::Result<()> {
     for (section, data) in [("PointData", &fields.point_data), ("CellData", &fields.cell_data)] {
-        let _ = writeln!(x, "<{section}>");
-        data.iter().for_each(|field| field_array(&mut x, field));
-        let _ = writeln!(x, "</{section}>");
+        x.create_element(section).write_inner_content(|x| data.iter().try_for_each(|f| field_array(x, f)))?;
     }
-    x += "<Points>\n";
-    let coordinates = bytes(fields.points.as_flattened(), f64::to_le_bytes);
-    array(&mut x, "Float64", "points", " NumberOfComponents=\"3\"", coordinates);
-    x += "</Points>\n<Cells>\n";
-    let nodes: Vec<i64> = fields.cells.as_flattened().iter().map(|&node| i64::from(node)).collect();
-    array(&mut x, "Int64", "connectivity", "", bytes(&nodes, i64::to_le_bytes));
-    let ends: Vec<i64> = (1..).map(|n: i64| n * crate::mesh::NODES as i64).take(cells).collect();
-    array(&mut x, "Int64", "offsets", "", bytes(&ends, i64::to_le_bytes));
-    array(&mut x, "UInt8", "types", "", vec![BIQUADRATIC_QUAD; cells]);
-    x += "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
-    x
+    x.create_element("Points").write_inner_content(|x| {
+        let coordinates = bytes(fields.points.as_flattened(), f64::to_le_bytes);
+        array(x, "Float64", "points", [("NumberOfComponents", "3".to_owned())], coordinates)
+    })?;
+    x.create_element("Cells").write_inner_content(|x| {
+        let cells = fields.cells.len();
+        let nodes: Vec<i64> = fields.cells.as_flattened().iter().map(|&node| i64::from(node)).collect();
+        array(x, "Int64", "connectivity", [], bytes(&nodes, i64::to_le_bytes))?;
+        let ends: Vec<i64> = (1..).map(|n: i64| n * crate::mesh::NODES as i64).take(cells).collect();
+        array(x, "Int64", "offsets", [], bytes(&ends, i64::to_le_bytes))?;
+        array(x, "UInt8", "types", [], vec![BIQUADRATIC_QUAD; cells])
+    })?;
+    Ok(())
 }
 
 /// A series of frames: times (s) and files relative to the collection's folder.
-pub(super) fn collection<'a>(frames: impl Iterator<Item = (f64, &'a str)>) -> String {
-    let mut x = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n\
-         <Collection>\n",
-    );
-    for (time, file) in frames {
-        let file =
-            file.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
-        let _ = writeln!(x, "<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{file}\"/>");
-    }
-    x += "</Collection>\n</VTKFile>\n";
-    x
+pub(super) fn collection<'a>(mut frames: impl Iterator<Item = (f64, &'a str)>) -> String {
+    document("Collection", &[("version", "1.0")], |x| {
+        frames.try_for_each(|(time, file)| {
+            let time = format!("{time:?}");
+            let attributes = [("timestep", time.as_str()), ("part", "0"), ("file", file)];
+            x.create_element("DataSet").with_attributes(attributes).write_empty()?;
+            Ok(())
+        })
+    })
 }
 
-fn field_array(x: &mut String, field: &Field) {
+/// A file with one element named `kind`.
+fn document(
+    kind: &str,
+    attributes: &[(&str, &str)],
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> String {
+    let mut x = Writer::new_with_indent(b"<?xml version=\"1.0\"?>\n".to_vec(), b' ', 0);
+    let file = x.create_element("VTKFile").with_attributes([("type", kind), ("byte_order", "LittleEndian")]);
+    file.with_attributes(attributes.iter().copied())
+        .write_inner_content(|x| {
+            x.create_element(kind).write_inner_content(content)?;
+            Ok(())
+        })
+        .expect("writing to memory does not fail");
+    String::from_utf8(x.into_inner()).expect("names and texts are UTF-8") + "\n"
+}
+
+fn field_array(x: &mut Xml, field: &Field) -> io::Result<()> {
     let components = field.quantity.components;
-    let mut attributes = String::new();
+    let names: Vec<String> = (0..components.len()).map(|k| format!("ComponentName{k}")).collect();
+    let count = [("NumberOfComponents", components.len().to_string())];
+    let named = names.iter().zip(components).map(|(key, name)| (key.as_str(), (*name).to_owned()));
     // Readers take a scalar for a list of one-vectors where its number of components is given.
-    if components.len() > 1 {
-        let _ = write!(attributes, " NumberOfComponents=\"{}\"", components.len());
-        for (k, name) in components.iter().enumerate() {
-            let _ = write!(attributes, " ComponentName{k}=\"{name}\"");
-        }
-    }
-    array(x, "Float64", field.quantity.name, &attributes, bytes(&field.values, f64::to_le_bytes));
+    let attributes = count.into_iter().chain(named).filter(|_| components.len() > 1);
+    let values = bytes(&field.values, f64::to_le_bytes);
+    array(x, "Float64", field.quantity.name, attributes, values)
 }
 
 fn bytes<T: Copy, const N: usize>(values: &[T], of: impl Fn(T) -> [u8; N]) -> Vec<u8> {
     values.iter().flat_map(|&value| of(value)).collect()
 }
 
-fn array(x: &mut String, kind: &str, name: &str, attributes: &str, bytes: Vec<u8>) {
+fn array<'a>(
+    x: &mut Xml,
+    kind: &str,
+    name: &str,
+    attributes: impl IntoIterator<Item = (&'a str, String)>,
+    bytes: Vec<u8>,
+) -> io::Result<()> {
     let mut block = (bytes.len() as u64).to_le_bytes().to_vec();
     block.extend(bytes);
-    let _ = write!(x, "<DataArray type=\"{kind}\" Name=\"{name}\"{attributes} format=\"binary\">");
-    STANDARD.encode_string(block, x);
-    x.push_str("</DataArray>\n");
+    let mut element = x.create_element("DataArray").with_attributes([("type", kind), ("Name", name)]);
+    for (key, value) in attributes {
+        element = element.with_attribute((key, value.as_str()));
+    }
+    let text = STANDARD.encode(block);
+    element.with_attribute(("format", "binary")).write_text_content(BytesText::from_escaped(text))?;
+    Ok(())
 }
 
 #[cfg(test)]
@@ -86,8 +116,9 @@ mod tests {
 
     #[test]
     fn arrays_are_their_length_and_their_values() {
-        let mut x = String::new();
-        array(&mut x, "Float64", "n", "", bytes(&[1.0, -2.5], f64::to_le_bytes));
+        let mut x = Writer::new(Vec::new());
+        array(&mut x, "Float64", "n", [], bytes(&[1.0, -2.5], f64::to_le_bytes)).unwrap();
+        let x = String::from_utf8(x.into_inner()).unwrap();
         let text = x.split(['>', '<']).nth(2).unwrap();
         let block = STANDARD.decode(text).unwrap();
         assert_eq!(block[..8], 16_u64.to_le_bytes());

@@ -204,9 +204,10 @@ impl<T: Real> Hyperbolic<T> {
         let series =
             ((square * (1.0 / 72.0) + 1.0) * square * (1.0 / 42.0) + 1.0) * square * (1.0 / 20.0) + 1.0;
         let series = series * square * (1.0 / 6.0) + 1.0;
-        let small = x.constant(SMALL);
-        let phi = small.where_greater(x, series, (up - down) * 0.5 / x);
-        Self { phi, cosh, decline: x.where_greater(x.constant(LARGE), x.recip(), phi / cosh) }
+        // Divisors are kept from zero where the quotient is not taken: hosts may trap it.
+        let (small, large) = (x.constant(SMALL), x.constant(LARGE));
+        let phi = small.where_greater(x, series, (up - down) * 0.5 / x.max(small));
+        Self { phi, cosh, decline: x.where_greater(large, x.max(large).recip(), phi / cosh) }
     }
 }
 
@@ -218,14 +219,16 @@ fn ratio<T: Real>(y: T) -> T {
     let square = y * y;
     let series = ((square * (-15.0 / 336.0) + 3.0 / 40.0) * square - 1.0 / 6.0) * square + 1.0;
     let asinh = ((square + 1.0).sqrt() + y).ln();
-    y.constant(SMALL).where_greater(y, series, asinh / y)
+    let small = y.constant(SMALL);
+    small.where_greater(y, series, asinh / y.max(small))
 }
 
 /// `across (I - n n) + along n n`, n the direction of `v`.
 #[inline(always)]
 fn rank_one<T: Real>(across: T, along: T, v: &[T; 3]) -> Matrix<T> {
     let (square, zero) = (square(v), across.constant(0.0));
-    let factor = square.where_greater(zero, (along - across) / square, zero);
+    let least = across.constant(f64::MIN_POSITIVE);
+    let factor = square.where_greater(zero, (along - across) / square.max(least), zero);
     let row = closure!(|i: usize| {
         let at = closure!(|j: usize| factor * v[i] * v[j] + if i == j { across } else { zero });
         [at(0), at(1), at(2)]
@@ -262,10 +265,11 @@ fn inverse<T: Real>(m: &Matrix<T>) -> Matrix<T> {
     });
     let determinant = m[0][0] * minor(0, 0) + m[0][1] * minor(0, 1) + m[0][2] * minor(0, 2);
     let (zero, largest) = (determinant.constant(0.0), determinant.constant(f64::MAX));
+    let least = determinant.constant(1e-300);
     let row = closure!(|i: usize| {
         let at = closure!(|j: usize| {
             let unit = determinant.constant(if i == j { 1.0 } else { 0.0 });
-            let entry = determinant.where_greater(zero, minor(j, i) / determinant, unit);
+            let entry = determinant.where_greater(zero, minor(j, i) / determinant.max(least), unit);
             determinant.where_greater(largest, unit, entry)
         });
         [at(0), at(1), at(2)]

@@ -159,8 +159,8 @@ fn strain<T: Real>(f: &DeformationGradient<T>) -> Option<(T, Voigt<T>)> {
     let e = deviator(&frame.log_strains());
     let equivalent = ((e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) * (2.0 / 3.0)).sqrt();
     // Undeformed, every direction is as good as any other and the stress is zero.
-    let zero = equivalent.constant(0.0);
-    let scale = equivalent.where_greater(zero, equivalent.constant(2.0 / 3.0) / equivalent, zero);
+    let (zero, least) = (equivalent.constant(0.0), equivalent.constant(f64::MIN_POSITIVE));
+    let scale = equivalent.where_greater(zero, equivalent.constant(2.0 / 3.0) / equivalent.max(least), zero);
     Some((equivalent, frame.compose(&each(&e, closure!(|x: T| scale * x)))))
 }
 

@@ -35,7 +35,8 @@ impl<T: Real> Spectral<T> {
         {
             return None;
         }
-        let inverse = radius.recip() * 0.5;
+        // Hosts may trap a division by zero, also where its result is not taken.
+        let inverse = radius.max(least).recip() * 0.5;
         let half_cos = radius.where_greater(least, half * inverse, radius.constant(0.5));
         let rz = radius.where_greater(least, b[3] * inverse, radius.constant(0.0));
         Some(Self { squares: [first, second, b[2]], dyad: [half_cos + 0.5, -half_cos + 0.5, rz], half_cos })
@@ -54,11 +55,13 @@ impl<T: Real> Spectral<T> {
         [v[0].mul_add(c2, v[1] * s2), v[0].mul_add(s2, v[1] * c2), v[2], (v[0] - v[1]) * cs]
     }
 
-    /// Whether the in-plane stretches differ: `yes` if so, `no` where they count as equal.
+    /// `numerator / (s1 - s2)` where the in-plane stretches differ, `limit` where they count as equal; never a
+    /// division by zero.
     #[inline(always)]
-    fn where_distinct(&self, yes: T, no: T) -> T {
+    fn quotient(&self, numerator: T, limit: T) -> T {
         let [s1, s2, _] = self.squares;
-        (s1 - s2).where_greater(s1 * DEGENERATE, yes, no)
+        let (apart, least) = (s1 - s2, s1 * DEGENERATE);
+        apart.where_greater(least, numerator / apart.max(least), limit)
     }
 
     /// Change of the isotropic tensor with principal values `v` as the decomposed tensor changes by `change`.
@@ -66,10 +69,10 @@ impl<T: Real> Spectral<T> {
     /// `slope[a][b]` is the derivative of `v_a` by the logarithmic strain b.
     #[inline(always)]
     pub fn differentiate(&self, v: &[T; 3], slope: &[[T; 3]; 3], change: &Voigt<T>) -> Voigt<T> {
-        let ([s1, s2, _], [c2, d2, cs]) = (self.squares, self.dyad);
+        let [c2, d2, cs] = self.dyad;
         let half = each(&self.squares, closure!(|s: T| s.recip() * 0.5));
         let limit = (slope[0][0] - slope[0][1] - slope[1][0] + slope[1][1]) * half[0] * 0.5;
-        let ratio = self.where_distinct((v[0] - v[1]) / (s1 - s2), limit) * 2.0;
+        let ratio = self.quotient(v[0] - v[1], limit) * 2.0;
         let twist = cs * change[3] * 2.0;
         let strain = [
             c2.mul_add(change[0], d2.mul_add(change[1], twist)) * half[0],
@@ -95,7 +98,7 @@ impl<T: Real> Spectral<T> {
         }
         let ([s1, s2, _], [c2, d2, cs]) = (self.squares, self.dyad);
         let limit = (dtau[0][0] - dtau[0][1] - dtau[1][0] + dtau[1][1]) * 0.25 - (tau[0] + tau[1]) * 0.5;
-        let g = self.where_distinct((tau[0] * s2 - tau[1] * s1) / (s1 - s2), limit);
+        let g = self.quotient(tau[0] * s2 - tau[1] * s1, limit);
         // In-plane components rr, zz, rz of both dyads, and of the shear with its factor.
         let (first, second) = ([c2, d2, cs], [d2, c2, -cs]);
         let shear = [-cs, cs, self.half_cos];

@@ -7,19 +7,20 @@ use crate::mesh::parameters::GeometryParameters;
 /// Corners (R, Z): lower left, lower right, upper left, upper right of the reference square.
 pub type Quad = [[f64; 2]; 4];
 
-/// Rectangles between grid lines.
-pub fn tensor(radii: &[f64], heights: &[f64]) -> Vec<Quad> {
-    let mut quads = Vec::new();
-    for z in heights.windows(2) {
-        for r in radii.windows(2) {
-            quads.push([[r[0], z[0]], [r[1], z[0]], [r[0], z[1]], [r[1], z[1]]]);
-        }
-    }
-    quads
+/// Rectangles between grid lines, row by row; none is kept, so that they can be counted first.
+pub fn tensor(radii: Vec<f64>, heights: Vec<f64>) -> impl Iterator<Item = Quad> {
+    let columns = radii.len() - 1;
+    (0..columns * (heights.len() - 1)).map(move |k| {
+        let (r, z) = (&radii[k % columns..], &heights[k / columns..]);
+        [[r[0], z[0]], [r[1], z[0]], [r[0], z[1]], [r[1], z[1]]]
+    })
 }
 
 /// Square rings around the punch's edge, and a rectangular grid around them.
-pub fn indentation(geometry: &GeometryParameters, resolution: &Resolution) -> Vec<Quad> {
+pub fn indentation(
+    geometry: &GeometryParameters,
+    resolution: &Resolution,
+) -> impl Iterator<Item = Quad> + use<> {
     let (a, b, h) = (geometry.punch_radius, geometry.sample_radius, geometry.sample_height);
     let n = resolution.divisions;
     // Half-width of the largest ring: it must leave room on all sides.
@@ -38,18 +39,20 @@ pub fn indentation(geometry: &GeometryParameters, resolution: &Resolution) -> Ve
     heights.extend((0..n).map(|k| h - half + k as f64 * cell));
     heights.push(h);
 
-    let inside_rings = |quad: &Quad| {
+    let inside_rings = move |quad: &Quad| {
         let (r, z) = (0.5 * (quad[0][0] + quad[3][0]), 0.5 * (quad[0][1] + quad[3][1]));
         (r - a).abs() < half && z > h - half
     };
-    let mut quads = tensor(&radii, &heights);
-    quads.retain(|quad| !inside_rings(quad));
-    quads.extend(rings([a, h], half, resolution));
-    quads
+    let grid = tensor(radii, heights).filter(move |quad| !inside_rings(quad));
+    grid.chain(rings([a, h], half, resolution))
 }
 
 /// A grid that is even where the contact's edge may run, `from` a radius up to the punch's, and coarsens away from there.
-pub fn growing_contact(geometry: &GeometryParameters, from: f64, zone: &Zone) -> Vec<Quad> {
+pub fn growing_contact(
+    geometry: &GeometryParameters,
+    from: f64,
+    zone: &Zone,
+) -> impl Iterator<Item = Quad> + use<> {
     let (a, b, h) = (geometry.punch_radius, geometry.sample_radius, geometry.sample_height);
     let elements = ((a - from) / zone.size).ceil().max(1.0);
     let inner = layers(from, zone.size, zone.growth).into_iter().rev();
@@ -62,11 +65,11 @@ pub fn growing_contact(geometry: &GeometryParameters, from: f64, zone: &Zone) ->
     let mut heights: Vec<f64> = layers(h, zone.size, zone.growth).into_iter().map(|x| h - x).rev().collect();
     heights[0] = 0.0;
     heights.push(h);
-    tensor(&radii, &heights)
+    tensor(radii, heights)
 }
 
 /// A grid for a sample between two plates, fine towards its side and both plates.
-pub fn platen(geometry: &GeometryParameters, zone: &Zone) -> Vec<Quad> {
+pub fn platen(geometry: &GeometryParameters, zone: &Zone) -> impl Iterator<Item = Quad> + use<> {
     let (b, h) = (geometry.sample_radius, geometry.sample_height);
     let mut radii: Vec<f64> = layers(b, zone.size, zone.growth).into_iter().map(|x| b - x).rev().collect();
     radii[0] = 0.0;
@@ -74,11 +77,11 @@ pub fn platen(geometry: &GeometryParameters, zone: &Zone) -> Vec<Quad> {
     let half = layers(0.5 * h, zone.size, zone.growth);
     let lower = std::iter::once(0.0).chain(half.iter().copied());
     let upper = half.iter().rev().skip(1).map(|x| h - x).chain([h]);
-    tensor(&radii, &lower.chain(upper).collect::<Vec<_>>())
+    tensor(radii, lower.chain(upper).collect())
 }
 
 /// Rings between half-squares around `edge`, the innermost collapsed to it.
-fn rings(edge: [f64; 2], half: f64, resolution: &Resolution) -> Vec<Quad> {
+fn rings(edge: [f64; 2], half: f64, resolution: &Resolution) -> impl Iterator<Item = Quad> + use<> {
     let n = resolution.divisions;
     // Directions of the perimeter's nodes: down the inner side, along the bottom, up the outer side.
     let at = |k: usize| -1.0 + k as f64 / n as f64;
@@ -89,15 +92,13 @@ fn rings(edge: [f64; 2], half: f64, resolution: &Resolution) -> Vec<Quad> {
         .collect();
     let mut sizes = vec![0.0];
     sizes.extend(layers(half, resolution.edge_size, resolution.growth));
-    let point = |size: f64, d: [f64; 2]| [edge[0] + size * d[0], edge[1] + size * d[1]];
-    let mut quads = Vec::new();
-    for s in sizes.windows(2) {
-        for d in perimeter.windows(2) {
-            // Seen from the edge, the perimeter runs counter-clockwise.
-            quads.push([point(s[0], d[0]), point(s[1], d[0]), point(s[0], d[1]), point(s[1], d[1])]);
-        }
-    }
-    quads
+    let point = move |size: f64, d: [f64; 2]| [edge[0] + size * d[0], edge[1] + size * d[1]];
+    let sides = perimeter.len() - 1;
+    (0..sides * (sizes.len() - 1)).map(move |k| {
+        let (s, d) = (&sizes[k / sides..], &perimeter[k % sides..]);
+        // Seen from the edge, the perimeter runs counter-clockwise.
+        [point(s[0], d[0]), point(s[1], d[0]), point(s[0], d[1]), point(s[1], d[1])]
+    })
 }
 
 /// Signed area of a quadrilateral.

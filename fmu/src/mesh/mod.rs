@@ -21,6 +21,9 @@ pub const CORNERS: usize = 4;
 /// Unknowns per element, displacements first.
 pub const UNKNOWNS: usize = 2 * NODES + CORNERS;
 
+/// Most elements of a mesh: some half a million unknowns, whose factors take a gigabyte.
+const MOST_ELEMENTS: usize = 50_000;
+
 /// Local numbers of the corner nodes.
 pub const CORNER_NODES: [usize; CORNERS] = [0, 2, 6, 8];
 
@@ -66,12 +69,7 @@ pub struct Mesh {
 impl Mesh {
     /// The mesh of a geometry under a flat punch.
     pub fn new(geometry: &GeometryParameters, mesh: &MeshParameters) -> Self {
-        if geometry.is_platen() {
-            let zone = presets::platen(mesh, geometry.sample_radius);
-            return Self::from_quads(&blocks::platen(geometry, &zone), f64::INFINITY);
-        }
-        let resolution = presets::resolve(mesh, geometry.punch_radius);
-        Self::from_quads(&blocks::indentation(geometry, &resolution), geometry.punch_radius)
+        Self::under(&IndenterParameters::default(), geometry, mesh)
     }
 
     /// The mesh of a geometry under an indenter.
@@ -80,15 +78,24 @@ impl Mesh {
         geometry: &GeometryParameters,
         mesh: &MeshParameters,
     ) -> Self {
-        let radius = geometry.punch_radius;
-        let Some(from) = indenter.contact_edge_from(radius) else { return Self::new(geometry, mesh) };
-        let zone = presets::growing_contact(mesh, radius, radius - from);
-        Self::from_quads(&blocks::growing_contact(geometry, from, &zone), radius)
+        let quads: Vec<Quad> = quads(indenter, geometry, mesh).collect();
+        let platen = geometry.is_platen() && indenter.contact_edge_from(geometry.punch_radius).is_none();
+        Self::from_quads(&quads, if platen { f64::INFINITY } else { geometry.punch_radius })
+    }
+
+    /// Whether it would have more elements than this program makes; told without making them.
+    pub fn is_too_large(
+        indenter: &IndenterParameters,
+        geometry: &GeometryParameters,
+        mesh: &MeshParameters,
+    ) -> bool {
+        quads(indenter, geometry, mesh).nth(MOST_ELEMENTS).is_some()
     }
 
     /// The rectangular mesh of given grid lines (ascending from 0); `punch_radius` is one of the radii.
     pub fn tensor(radii: &[f64], heights: &[f64], punch_radius: f64) -> Self {
-        Self::from_quads(&blocks::tensor(radii, heights), punch_radius)
+        let quads: Vec<Quad> = blocks::tensor(radii.to_vec(), heights.to_vec()).collect();
+        Self::from_quads(&quads, punch_radius)
     }
 
     fn from_quads(quads: &[Quad], punch_radius: f64) -> Self {
@@ -219,10 +226,44 @@ impl Mesh {
     }
 }
 
+/// The elements' corners.
+fn quads(
+    indenter: &IndenterParameters,
+    geometry: &GeometryParameters,
+    mesh: &MeshParameters,
+) -> Box<dyn Iterator<Item = Quad>> {
+    let radius = geometry.punch_radius;
+    if let Some(from) = indenter.contact_edge_from(radius) {
+        let zone = presets::growing_contact(mesh, radius, radius - from);
+        Box::new(blocks::growing_contact(geometry, from, &zone))
+    } else if geometry.is_platen() {
+        let zone = presets::platen(mesh, geometry.sample_radius);
+        Box::new(blocks::platen(geometry, &zone))
+    } else {
+        Box::new(blocks::indentation(geometry, &presets::resolve(mesh, radius)))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::parameters::IndenterProfile;
     use crate::mesh::parameters::MeshPreset;
+
+    /// The finest mesh that the ranges of the parameters allow would have some twenty million elements.
+    #[test]
+    fn an_absurd_mesh_is_refused_before_it_is_made() {
+        let geometry = GeometryParameters::default();
+        let edge_size = 1e-5 * geometry.reach();
+        let absurd = MeshParameters { edge_size, growth: 1.05, ..Default::default() };
+        let sphere = IndenterParameters { profile: IndenterProfile::Sphere, ..Default::default() };
+        assert!(Mesh::is_too_large(&sphere, &geometry, &absurd));
+        for preset in [MeshPreset::Coarse, MeshPreset::Standard, MeshPreset::Fine] {
+            let mesh = MeshParameters { preset, ..Default::default() };
+            assert!(!Mesh::is_too_large(&sphere, &geometry, &mesh));
+            assert!(!Mesh::is_too_large(&IndenterParameters::default(), &geometry, &mesh));
+        }
+    }
 
     fn meshes() -> Vec<(GeometryParameters, Mesh)> {
         let wide = GeometryParameters { sample_radius: 20e-3, sample_height: 20e-3, ..Default::default() };

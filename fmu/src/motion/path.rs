@@ -35,6 +35,11 @@ const SHORT: f64 = 1e-2;
 const AWAY: f64 = -1e3;
 /// The punch has landed when its gap is below this fraction of the initial increment.
 const LANDED: f64 = 0.05;
+/// A slower punch stands still (m/s): hosts that trap floating-point exceptions see no division by zero, not even
+/// one that the optimiser makes before its condition.
+const STANDING: f64 = 1e-30;
+/// A smaller error of a step is none.
+const NO_ERROR: f64 = 1e-12;
 /// Nodes kept for interpolation.
 const NODES: usize = 4;
 
@@ -123,6 +128,22 @@ impl Path {
         stepper.fits(&self.base) && self.ahead.as_ref().is_none_or(|a| stepper.fits(a))
     }
 
+    /// Whether steps from here go on in time: what a path from elsewhere need not.
+    pub fn is_sound(&self) -> bool {
+        let Piece { start_time, start, velocity } = self.piece;
+        let times: Vec<f64> = self.nodes.iter().map(|node| node.time).collect();
+        let mut numbers = [start_time, start, velocity, self.origin, self.largest_force, self.deepest]
+            .into_iter()
+            .chain([self.base.time])
+            .chain(times.iter().copied());
+        numbers.all(f64::is_finite)
+            && self.ahead.as_ref().is_none_or(|ahead| ahead.time > self.base.time)
+            && self.next_step > 0.0
+            && self.first_step > 0.0
+            && (1..=NODES).contains(&times.len())
+            && times.is_sorted_by(|a, b| a < b)
+    }
+
     /// Moves the punch from `from` at `now` to `to` at `end`; returns the results at `end`.
     ///
     /// # Errors
@@ -146,13 +167,13 @@ impl Path {
             if self.base.touch.in_contact {
                 let change = (velocity - self.piece.velocity).abs();
                 // Half the first communication step at most: between the first two nodes there is only a line.
-                self.first_step = (solver.initial_increment / change).min(0.5 * (end - now));
+                self.first_step = (solver.initial_increment / change.max(STANDING)).min(0.5 * (end - now));
                 self.next_step = self.next_step.min(self.first_step);
                 self.start_anew(Node { time: now, ..Node::of(&self.base) });
             }
             self.piece = piece;
         }
-        let longest = (MAX_TRAVEL * punch_radius / velocity.abs()).min(solver.max_step);
+        let longest = (MAX_TRAVEL * punch_radius / velocity.abs().max(STANDING)).min(solver.max_step);
         while self.ahead.as_ref().unwrap_or(&self.base).time < end * (1.0 - 1e-14) {
             if let Some(ahead) = self.ahead.take() {
                 self.follow(ahead.time);
@@ -232,7 +253,7 @@ impl Path {
         if self.gap(&self.base) > LANDED * solver.initial_increment {
             return false;
         }
-        let (node, velocity) = (Node::of(&self.base), self.piece.velocity.max(0.0));
+        let (node, velocity) = (Node::of(&self.base), self.piece.velocity.max(STANDING));
         self.first_step =
             (solver.initial_increment / velocity).min(0.5 * (end - node.time)).min(self.next_step);
         self.next_step = self.first_step;
@@ -319,7 +340,7 @@ impl Path {
         let gap = self.gap(&self.base);
         let mut dt = self.next_step.min(solver.max_step);
         if self.piece.velocity > 0.0 {
-            dt = dt.min(gap / self.piece.velocity);
+            dt = dt.min(gap / self.piece.velocity.max(STANDING));
         }
         let scale = self.deepest.max(solver.initial_increment);
         loop {
@@ -344,7 +365,8 @@ impl Path {
 
     /// Takes a state as the next one.
     fn accept(&mut self, state: State, dt: f64, error: Option<f64>, statistics: &mut Statistics) {
-        let growth = error.map_or(MAX_GROWTH, |e| (0.9 / e.cbrt()).clamp(MAX_SHRINK, MAX_GROWTH));
+        let growth =
+            error.map_or(MAX_GROWTH, |e| (0.9 / e.max(NO_ERROR).cbrt()).clamp(MAX_SHRINK, MAX_GROWTH));
         statistics.steps += 1;
         self.next_step = dt * growth;
         if !state.touches_as(&self.base) {

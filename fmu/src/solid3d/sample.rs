@@ -6,8 +6,9 @@ use super::geometry::Geometry;
 use super::linear::analyse;
 use super::mesh::Mesh;
 use crate::mesh::parameters::GeometryParameters;
+use crate::registry::Registry;
 use crate::solver::multifrontal::{StructureError, Symbolic};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::Arc;
 
 /// Everything that depends on the mesh alone.
 #[derive(Debug)]
@@ -39,23 +40,14 @@ impl SolidSample {
     /// # Errors
     /// When the mesh has too many unknowns.
     pub fn shared(geometry: &GeometryParameters) -> Result<Arc<Self>, StructureError> {
-        let mut live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(sample) = live.iter().find(|(g, _)| g == geometry).and_then(|(_, s)| s.upgrade()) {
-            return Ok(sample);
-        }
-        let sample = Arc::new(Self::new(geometry, PAPER)?);
-        live.push((geometry.clone(), Arc::downgrade(&sample)));
-        Ok(sample)
+        LIVE.share(geometry.clone(), || Self::new(geometry, PAPER))
     }
 }
 
-static LIVE: Mutex<Vec<(GeometryParameters, Weak<SolidSample>)>> = Mutex::new(Vec::new());
+static LIVE: Registry<GeometryParameters, SolidSample> = Registry::new();
 
 impl Drop for SolidSample {
-    /// Forgets dead entries at once: a host that unloads the library shall not keep their memory.
     fn drop(&mut self) {
-        let mut live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
-        live.retain(|(_, sample)| sample.strong_count() > 0);
-        live.shrink_to_fit();
+        LIVE.forget_dead();
     }
 }

@@ -135,7 +135,11 @@ pub fn solve(
                     break n;
                 }
                 Ok(n) if n.is_finite() && last && n < norm => break n,
-                Ok(n) if n.is_finite() && negligible => return Ok(norms),
+                Ok(n) if n.is_finite() && negligible => {
+                    // Tangent and reaction shall be those of the solution, not of the trial.
+                    system.evaluate(x, residual, values).map_err(NewtonFailure::Inadmissible)?;
+                    return Ok(norms);
+                }
                 Err(element) if last || !constrained => return Err(NewtonFailure::Inadmissible(element)),
                 _ if last => {
                     return Err(NewtonFailure::NotConverged { iterations: iteration, residual: norm });
@@ -153,4 +157,52 @@ pub fn solve(
         return Ok(norms);
     }
     Err(NewtonFailure::NotConverged { iterations: MAX_ITERATIONS, residual: norm })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::LinearSolverKind;
+    use crate::solver::linear::Structure;
+    use crate::solver::multifrontal;
+    use crate::solver::pattern::CscPattern;
+    use std::sync::Arc;
+
+    /// `x = 0` with a residual that rounding keeps at 1e-8; knows where it was evaluated last.
+    struct Rounded {
+        evaluated: f64,
+    }
+
+    impl System for Rounded {
+        fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
+            self.evaluated = x[0];
+            residual[0] = if x[0].abs() > 1e-6 { x[0] } else { 1e-8_f64.copysign(x[0]) };
+            values[0] = 1.0;
+            Ok(residual[0].abs())
+        }
+
+        fn scale(&self) -> &[f64] {
+            &[1.0]
+        }
+    }
+
+    /// Reaction and tangent are read from the system and the workspace after the iteration.
+    #[test]
+    fn the_last_evaluation_is_that_of_the_solution() {
+        let pattern = CscPattern::from_elements(1, &[[0_u32]]);
+        let connectivity = multifrontal::Structure {
+            unknowns: 1,
+            elements: vec![vec![0]],
+            centroids: vec![[0.0; 3]],
+            rank: vec![0],
+        };
+        let structure = Arc::new(Structure::analyse(pattern, &connectivity).unwrap());
+        let mut linear = LinearSolver::new(structure, LinearSolverKind::Multifrontal);
+        let (mut system, mut work) = (Rounded { evaluated: f64::NAN }, Workspace::new(1, 1));
+        let mut x = [1.0];
+        let statistics = &mut Statistics::default();
+        solve(&mut system, &mut linear, &mut work, &mut x, 1e-12, statistics).unwrap();
+        assert_eq!(statistics.iterations, 2, "the iteration must end by a negligible correction");
+        assert_eq!(system.evaluated, x[0]);
+    }
 }

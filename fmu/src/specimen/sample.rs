@@ -6,9 +6,10 @@ use crate::element::{AssemblyMap, Body};
 use crate::law::PointMaterial;
 use crate::mesh::Mesh;
 use crate::mesh::parameters::{GeometryParameters, MeshParameters};
+use crate::registry::Registry;
 use crate::solver::linear::Structure;
 use crate::solver::multifrontal::{self, StructureError};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::Arc;
 
 /// Everything that depends on the mesh alone.
 #[derive(Debug)]
@@ -57,26 +58,22 @@ impl Sample {
         geometry: &GeometryParameters,
         mesh: &MeshParameters,
     ) -> Result<Arc<Self>, StructureError> {
-        let mut live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (indenter.contact_edge_from(geometry.punch_radius), geometry.clone(), mesh.clone());
-        if let Some(sample) = live.iter().find(|(k, _)| *k == key).and_then(|(_, s)| s.upgrade()) {
-            return Ok(sample);
-        }
-        let sample = Arc::new(Self::from_mesh(Mesh::under(indenter, geometry, mesh))?);
-        live.push((key, Arc::downgrade(&sample)));
-        Ok(sample)
+        LIVE.share(key, || {
+            if Mesh::is_too_large(indenter, geometry, mesh) {
+                return Err(StructureError::TooLarge);
+            }
+            Self::from_mesh(Mesh::under(indenter, geometry, mesh))
+        })
     }
 }
 
 type Key = (Option<f64>, GeometryParameters, MeshParameters);
-static LIVE: Mutex<Vec<(Key, Weak<Sample>)>> = Mutex::new(Vec::new());
+static LIVE: Registry<Key, Sample> = Registry::new();
 
 impl Drop for Sample {
-    /// Forgets dead entries at once: a host that unloads the library shall not keep their memory.
     fn drop(&mut self) {
-        let mut live = LIVE.lock().unwrap_or_else(PoisonError::into_inner);
-        live.retain(|(_, sample)| sample.strong_count() > 0);
-        live.shrink_to_fit();
+        LIVE.forget_dead();
     }
 }
 

@@ -10,7 +10,7 @@ pub mod units;
 
 pub(crate) use table::{field, flag, real};
 
-pub use settings::{BRANCHES, ProtocolSource, Readings, Settings};
+pub use settings::{BRANCHES, ProtocolSource, Readings, Settings, SettingsError};
 pub use units::Unit;
 
 use crate::{ForceSensitivity, ParameterError};
@@ -107,6 +107,8 @@ pub(crate) enum Binding {
     Integer(fn(&Settings) -> i32, fn(&mut Settings, i32)),
     Boolean(fn(&Settings) -> bool, fn(&mut Settings, bool)),
     Text(fn(&Settings) -> &str, fn(&mut Settings, String)),
+    /// Number of an item of the enumeration with this place among all.
+    Number(usize),
     RealOutput(fn(&Readings) -> f64),
     /// Derivative of a force by the material's parameter with this index.
     Sensitivity(fn(&ForceSensitivity) -> f64, usize),
@@ -180,6 +182,7 @@ impl Variable {
             Binding::Integer(get, _) => Value::Integer(get(settings)),
             Binding::Boolean(get, _) => Value::Boolean(get(settings)),
             Binding::Text(get, _) => Value::Text(get(settings).to_owned()),
+            Binding::Number(choice) => Value::Integer(settings.numbers[choice]),
             Binding::RealOutput(get) => Value::Real(get(readings)),
             Binding::Sensitivity(get, parameter) => Value::Real(get(&readings.sensitivities[parameter])),
             Binding::IntegerOutput(get) => Value::Integer(get(readings)),
@@ -198,6 +201,7 @@ impl Variable {
             (Binding::Integer(_, set), Value::Integer(v)) => set(settings, v),
             (Binding::Boolean(_, set), Value::Boolean(v)) => set(settings, v),
             (Binding::Text(_, set), Value::Text(v)) => set(settings, v),
+            (Binding::Number(choice), Value::Integer(v)) => settings.numbers[choice] = v,
             (Binding::RealOutput(_) | Binding::Sensitivity(..) | Binding::IntegerOutput(_), _) => {
                 return Err(VariableError::ReadOnly(self.name.to_owned()));
             }
@@ -218,6 +222,19 @@ impl Variable {
             Value::Integer(v) => f64::from(v),
             Value::Boolean(v) => f64::from(u8::from(v)),
             Value::Text(_) => f64::NAN,
+        }
+    }
+
+    /// Usual size of a Real (SI), never 0: the start value of a parameter, or what its unit usually measures.
+    pub fn nominal(&self) -> f64 {
+        let usual = self.unit().map_or(1.0, |unit| unit.nominal);
+        match self.binding {
+            Binding::Sensitivity(_, parameter) => {
+                let mut material = table().iter().filter(|v| v.name.starts_with("material."));
+                material.nth(parameter).map_or(usual, |p| units::NEWTON.nominal / p.nominal())
+            }
+            _ if self.start_number() != 0.0 => self.start_number().abs(),
+            _ => usual,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::settings::SENSITIVITIES;
 use super::table::variable;
-use super::units::{NEWTON, NEWTON_PER_PASCAL, NEWTON_PER_PASCAL_SECOND, NEWTON_PER_SQUARE_METRE, Unit};
+use super::units::{NEWTON, NEWTON_PER_PASCAL, NEWTON_PER_PASCAL_SECOND, NEWTON_PER_SQUARE_METRE};
 use super::{Binding, Kind, Variable};
 use crate::ForceSensitivity;
 
@@ -17,81 +17,81 @@ pub fn name(output: &str, parameter: &str) -> String {
     format!("{PREFIX}{output}.{parameter}")
 }
 
-/// `sensitivity.<output>.<parameter>` for all parameters, in the order of their indices.
+/// `sensitivity.<output>.<parameter>` for all parameters, in the order of their indices; `$what` names the output.
 macro_rules! sensitivities {
-    ($output:literal, $get:expr) => {
+    ($output:literal, $what:literal, $get:expr) => {
         [
-            sensitivity(concat!("sensitivity.", $output, ".material.n0s"), &NEWTON, $get, 0),
-            sensitivity(
-                concat!("sensitivity.", $output, ".material.lambda_star"),
-                &NEWTON_PER_PASCAL,
-                $get,
-                1,
-            ),
-            sensitivity(
-                concat!("sensitivity.", $output, ".material.fluid_viscosity"),
+            one!($output, $what, "n0s", "the initial solid volume fraction", &NEWTON, $get, 0),
+            one!($output, $what, "lambda_star", "the volumetric stiffness", &NEWTON_PER_PASCAL, $get, 1),
+            one!(
+                $output,
+                $what,
+                "fluid_viscosity",
+                "the pore fluid's viscosity",
                 &NEWTON_PER_PASCAL_SECOND,
                 $get,
-                2,
+                2
             ),
-            sensitivity(
-                concat!("sensitivity.", $output, ".material.permeability"),
-                &NEWTON_PER_SQUARE_METRE,
-                $get,
-                3,
-            ),
-            sensitivity(
-                concat!("sensitivity.", $output, ".material.equilibrium.mu"),
+            one!($output, $what, "permeability", "the permeability", &NEWTON_PER_SQUARE_METRE, $get, 3),
+            one!(
+                $output,
+                $what,
+                "equilibrium.mu",
+                "mu of the equilibrium response",
                 &NEWTON_PER_PASCAL,
                 $get,
-                4,
+                4
             ),
-            sensitivity(concat!("sensitivity.", $output, ".material.equilibrium.alpha"), &NEWTON, $get, 5),
-            branch!($output, "1", mu, &NEWTON_PER_PASCAL, $get, 6),
-            branch!($output, "1", alpha, &NEWTON, $get, 7),
-            branch!($output, "1", eta, &NEWTON_PER_PASCAL_SECOND, $get, 8),
-            branch!($output, "2", mu, &NEWTON_PER_PASCAL, $get, 9),
-            branch!($output, "2", alpha, &NEWTON, $get, 10),
-            branch!($output, "2", eta, &NEWTON_PER_PASCAL_SECOND, $get, 11),
-            branch!($output, "3", mu, &NEWTON_PER_PASCAL, $get, 12),
-            branch!($output, "3", alpha, &NEWTON, $get, 13),
-            branch!($output, "3", eta, &NEWTON_PER_PASCAL_SECOND, $get, 14),
-            branch!($output, "4", mu, &NEWTON_PER_PASCAL, $get, 15),
-            branch!($output, "4", alpha, &NEWTON, $get, 16),
-            branch!($output, "4", eta, &NEWTON_PER_PASCAL_SECOND, $get, 17),
+            one!($output, $what, "equilibrium.alpha", "alpha of the equilibrium response", &NEWTON, $get, 5),
+            branch!($output, $what, "1", "mu", &NEWTON_PER_PASCAL, $get, 6),
+            branch!($output, $what, "1", "alpha", &NEWTON, $get, 7),
+            branch!($output, $what, "1", "eta", &NEWTON_PER_PASCAL_SECOND, $get, 8),
+            branch!($output, $what, "2", "mu", &NEWTON_PER_PASCAL, $get, 9),
+            branch!($output, $what, "2", "alpha", &NEWTON, $get, 10),
+            branch!($output, $what, "2", "eta", &NEWTON_PER_PASCAL_SECOND, $get, 11),
+            branch!($output, $what, "3", "mu", &NEWTON_PER_PASCAL, $get, 12),
+            branch!($output, $what, "3", "alpha", &NEWTON, $get, 13),
+            branch!($output, $what, "3", "eta", &NEWTON_PER_PASCAL_SECOND, $get, 14),
+            branch!($output, $what, "4", "mu", &NEWTON_PER_PASCAL, $get, 15),
+            branch!($output, $what, "4", "alpha", &NEWTON, $get, 16),
+            branch!($output, $what, "4", "eta", &NEWTON_PER_PASCAL_SECOND, $get, 17),
         ]
     };
 }
 
 macro_rules! branch {
-    ($output:literal, $number:literal, $field:ident, $unit:expr, $get:expr, $index:literal) => {
-        sensitivity(
-            concat!("sensitivity.", $output, ".material.branch[", $number, "].", stringify!($field)),
+    ($output:literal, $what:literal, $number:literal, $field:literal, $unit:expr, $get:expr, $index:literal) => {
+        one!(
+            $output,
+            $what,
+            concat!("branch[", $number, "].", $field),
+            concat!($field, " of viscous branch ", $number),
             $unit,
             $get,
-            $index,
+            $index
         )
     };
 }
 
-const fn sensitivity(
-    name: &'static str,
-    unit: &'static Unit,
-    get: fn(&ForceSensitivity) -> f64,
-    index: usize,
-) -> Variable {
-    let description =
-        "Derivative of the output by the parameter in the name; 0 unless solver.sensitivities is set";
-    variable(name, description, Kind::Real { unit, range: None }, Binding::Sensitivity(get, index))
+macro_rules! one {
+    ($output:literal, $what:literal, $parameter:expr, $by:expr, $unit:expr, $get:expr, $index:literal) => {
+        variable(
+            concat!("sensitivity.", $output, ".material.", $parameter),
+            concat!("Derivative of ", $what, " by ", $by, "; 0 unless solver.sensitivities is set"),
+            Kind::Real { unit: $unit, range: None },
+            Binding::Sensitivity($get, $index),
+        )
+    };
 }
 
 /// Of the reaction force.
-pub(super) const FORCE: [Variable; SENSITIVITIES] = sensitivities!("force", |s| s.force);
+pub(super) const FORCE: [Variable; SENSITIVITIES] = sensitivities!("force", "the force", |s| s.force);
 /// Of its solid part.
 pub(super) const FORCE_SOLID: [Variable; SENSITIVITIES] =
-    sensitivities!("force_solid", ForceSensitivity::solid);
+    sensitivities!("force_solid", "the solid part of the force", ForceSensitivity::solid);
 /// Of its fluid part.
-pub(super) const FORCE_FLUID: [Variable; SENSITIVITIES] = sensitivities!("force_fluid", |s| s.fluid);
+pub(super) const FORCE_FLUID: [Variable; SENSITIVITIES] =
+    sensitivities!("force_fluid", "the fluid part of the force", |s| s.fluid);
 
 #[cfg(test)]
 mod tests {

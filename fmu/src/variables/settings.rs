@@ -1,11 +1,17 @@
 //! What the variables are bound to: everything settable, and everything readable.
 
+use super::{Binding, Causality, Kind, Variable, VariableError, table};
 use crate::fields::FieldSettings;
 use crate::law::parameters::{BranchParameters, OgdenParameters};
 use crate::law::{MaterialParameter, Spring};
 use crate::motion::protocol::Trapezoid;
-use crate::{ForceSensitivity, Outputs, Parameters, Statistics};
+use crate::parameters::validate_branch;
+use crate::{ForceSensitivity, Outputs, ParameterError, Parameters, Statistics};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Variables that are enumerations.
+pub const CHOICES: usize = 7;
 
 /// Viscous branches that have variables. A branch with `mu = 0` is absent.
 pub const BRANCHES: usize = 4;
@@ -18,9 +24,9 @@ const ABSENT: BranchParameters =
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum ProtocolSource {
     /// The inputs `displacement` and `displacement_rate`.
-    #[default]
     Inputs,
-    /// The built-in trapezoid, from its parameters.
+    /// The built-in trapezoid, from its parameters: a run without any setting gives a force.
+    #[default]
     Trapezoid,
 }
 
@@ -35,6 +41,8 @@ pub struct Settings {
     pub trapezoid: Trapezoid,
     /// Where fields are written.
     pub fields: FieldSettings,
+    /// Numbers of the enumerations' items, in the table's order, where they were set as integers; else 0.
+    pub(crate) numbers: [i32; CHOICES],
     /// Input: displacement of the punch (m).
     pub displacement: f64,
     /// Input: velocity of the punch (m/s).
@@ -50,6 +58,7 @@ impl Default for Settings {
             source: ProtocolSource::default(),
             trapezoid: Trapezoid::default(),
             fields: FieldSettings::default(),
+            numbers: [0; CHOICES],
             displacement: 0.0,
             displacement_rate: 0.0,
         }
@@ -67,6 +76,42 @@ impl Settings {
         let mut parameters = self.padded.clone();
         parameters.material.branches.retain(|branch| branch.ogden.mu != 0.0);
         parameters
+    }
+
+    /// The settings with every enumeration at the item whose number was set.
+    pub fn chosen(&self) -> Self {
+        let mut chosen = self.clone();
+        for (variable, &number) in enumerations().zip(&self.numbers).filter(|(_, number)| **number != 0) {
+            if let Binding::Integer(_, set) = variable.binding {
+                set(&mut chosen, number);
+            }
+        }
+        chosen
+    }
+
+    /// Checks everything that can be set, however it came here: ranges, and the viscous branches by their
+    /// numbers in the table.
+    ///
+    /// # Errors
+    /// Names the first variable that is not admissible.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        if self.padded.material.branches.len() != BRANCHES {
+            return Err(SettingsError::Branches);
+        }
+        let readings = Readings::default();
+        for variable in table().iter().filter(|v| v.causality != Causality::Output) {
+            variable.check(&variable.get(self, &readings))?;
+        }
+        Ok(self.validate_branches()?)
+    }
+
+    /// Checks the viscous branches that are present; errors name them by their numbers in the table.
+    ///
+    /// # Errors
+    /// Names the first that is not admissible.
+    pub fn validate_branches(&self) -> Result<(), ParameterError> {
+        let present = (1..).zip(&self.padded.material.branches).filter(|(_, b)| b.ogden.mu != 0.0);
+        present.into_iter().try_for_each(|(number, branch)| validate_branch(number, branch))
     }
 
     pub(super) fn branch<const I: usize>(&self) -> &BranchParameters {
@@ -110,9 +155,75 @@ impl Settings {
     }
 }
 
+/// The variables that are enumerations, in the table's order.
+pub(super) fn enumerations() -> impl Iterator<Item = &'static Variable> {
+    table().iter().filter(|variable| matches!(variable.kind, Kind::Enumeration(_)))
+}
+
+/// Settings that nobody could have set.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SettingsError {
+    /// Another number of viscous branches than the table has.
+    #[error("another number of viscous branches")]
+    Branches,
+    /// A value out of its range.
+    #[error(transparent)]
+    Variable(#[from] VariableError),
+    /// A viscous branch.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::variables::{Value, by_name};
+
+    /// Every enumeration has its integer twin, with the same items, at the place that its name says.
+    #[test]
+    fn a_number_chooses_the_item() {
+        assert_eq!(enumerations().count(), CHOICES);
+        for variable in enumerations() {
+            let (_, twin) = by_name(&format!("{}_number", variable.name)).unwrap();
+            let Kind::Enumeration(e) = variable.kind else { unreachable!() };
+            assert_eq!(twin.kind, Kind::Integer { range: Some((0, e.items.len() as i32)) });
+            for number in 1..=e.items.len() as i32 {
+                let (mut by_number, mut by_item) = (Settings::default(), Settings::default());
+                twin.set(&mut by_number, Value::Integer(number)).unwrap();
+                variable.set(&mut by_item, Value::Integer(number)).unwrap();
+                let chosen = Settings { numbers: [0; CHOICES], ..by_number.chosen() };
+                assert_eq!(chosen, by_item, "{} = {number}", twin.name);
+                assert_eq!(twin.get(&by_number, &Readings::default()), Value::Integer(number));
+            }
+        }
+    }
+
+    #[test]
+    fn a_branch_is_named_by_its_number_in_the_table() {
+        let mut settings = Settings::default();
+        settings.padded.material.branches[3].ogden.mu = 1e9;
+        let error = settings.validate_branches().unwrap_err().to_string();
+        assert!(error.starts_with("material.branch[4]: mu = 1000000000 Pa"), "{error}");
+    }
+
+    #[test]
+    fn settings_that_nobody_could_have_set_are_refused() {
+        assert_eq!(Settings::default().validate(), Ok(()));
+        let mut cycles = Settings::default();
+        cycles.trapezoid.cycles = i32::MAX;
+        assert!(
+            cycles.validate().unwrap_err().to_string().starts_with("protocol.cycles = 2147483647 is outside")
+        );
+        let mut number = Settings::default();
+        number.numbers[0] = -1;
+        assert!(number.validate().is_err());
+        let mut input = Settings::default();
+        input.displacement = f64::NAN;
+        assert!(input.validate().is_err());
+        let mut branches = Settings::default();
+        branches.padded.material.branches.clear();
+        assert_eq!(branches.validate(), Err(SettingsError::Branches));
+    }
 
     #[test]
     fn derivatives_of_absent_branches_are_zero() {

@@ -1,5 +1,6 @@
 //! The entries. Starts come from `Default`, so no number of the model is written twice.
 
+use super::settings::CHOICES;
 use super::units::{
     CUBIC_METRE, JOULE, METRE, METRE_PER_SECOND, NEWTON, ONE, PASCAL, PASCAL_SECOND, RADIAN, SECOND,
     SQUARE_METRE, Unit, WATT,
@@ -55,7 +56,7 @@ const PROTOCOL_SOURCE: Enumeration = Enumeration {
     name: "ProtocolSource",
     items: &[
         ("inputs", "The punch follows the inputs displacement and displacement_rate"),
-        ("trapezoid", "The punch follows the built-in protocol; the inputs are ignored"),
+        ("trapezoid", "The punch follows the built-in protocol; setting the inputs is an error"),
     ],
 };
 
@@ -363,7 +364,7 @@ const INDENTER: &[Variable] = &[
     ),
     real(
         "indenter.edge_radius",
-        "Radius of a flat punch's edge, at most geometry.punch_radius; 0: sharp; acts only with indenter.profile = flat",
+        "Radius of a flat punch's edge, from 1e-5 of geometry.punch_radius to all of it; 0: sharp; acts only with indenter.profile = flat",
         &METRE,
         (0.0, 1e3),
         field!(Real, padded.indenter.edge_radius),
@@ -527,7 +528,7 @@ const SOLVER: &[Variable] = &[
 const PROTOCOL: &[Variable] = &[
     variable(
         "protocol.source",
-        "Where the displacement comes from",
+        "Where the displacement comes from; masters that give the inputs set 1 (inputs)",
         Kind::Enumeration(&PROTOCOL_SOURCE),
         choice!(ProtocolSource::Inputs, [ProtocolSource::Inputs, ProtocolSource::Trapezoid], source),
     ),
@@ -614,8 +615,35 @@ const FIELDS: &[Variable] = &[
     ),
 ];
 
+/// The integer twin of an enumeration.
+macro_rules! number {
+    ($choice:literal, $name:literal, $enumeration:ident) => {
+        variable(
+            concat!($name, "_number"),
+            concat!(
+                "Number of the item of ",
+                $name,
+                ", for masters that cannot set enumerations; 0: as set there"
+            ),
+            Kind::Integer { range: Some((0, $enumeration.items.len() as i32)) },
+            Binding::Number($choice),
+        )
+    };
+}
+
+/// In the order of the enumerations in the table.
+const NUMBERS: [Variable; CHOICES] = [
+    number!(0, "indenter.profile", PROFILE),
+    number!(1, "mesh.kind", MESH_KIND),
+    number!(2, "mesh.preset", MESH_PRESET),
+    number!(3, "solver.time_scheme", TIME_SCHEME),
+    number!(4, "solver.linear_solver", LINEAR_SOLVER),
+    number!(5, "protocol.source", PROTOCOL_SOURCE),
+    number!(6, "fields.frames", FIELD_FRAMES),
+];
+
 /// The sections in the order of the value references; those of the effects follow.
-const SECTIONS: [&[Variable]; 18] = [
+const SECTIONS: [&[Variable]; 19] = [
     INPUTS,
     OUTPUTS,
     STATISTICS,
@@ -634,6 +662,7 @@ const SECTIONS: [&[Variable]; 18] = [
     &sensitivities::FORCE_SOLID,
     &sensitivities::FORCE_FLUID,
     FIELDS,
+    &NUMBERS,
 ];
 
 /// A section of the table by its number.

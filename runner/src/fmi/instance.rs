@@ -35,7 +35,7 @@ unsafe extern "C" fn log(
     // SAFETY: the environment is the `Messages` of the instance that called, alive until it is freed.
     let messages = unsafe { &*environment.cast::<Messages>() };
     // SAFETY: the standard promises a C string.
-    let text = unsafe { CStr::from_ptr(message) }.to_string_lossy().replace("%%", "%");
+    let text = unsafe { CStr::from_ptr(message) }.to_string_lossy().replace("%%", "%").replace("##", "#");
     messages.push(text);
 }
 

@@ -5,6 +5,7 @@ use crate::fmi::PLATFORM;
 use poropunch::model_description::{MODEL_IDENTIFIER, xml};
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
+use tempfile::Builder;
 use thiserror::Error;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -25,11 +26,15 @@ pub enum PackageError {
     Zip(#[from] zip::result::ZipError),
 }
 
+/// The licences of the crates that are linked into the binary.
+pub(super) const LICENSES: &str = "documentation/licenses/third-party.txt";
 const ICON: &[u8] = include_bytes!("../../../cdylib/resources/model.png");
 const LICENSE_MIT: &[u8] = include_bytes!("../../../LICENSE-MIT");
 const LICENSE_APACHE: &[u8] = include_bytes!("../../../LICENSE-APACHE");
+/// Written by licenses.py beside it.
+const LICENSES_LINKED: &[u8] = include_bytes!("../../../cdylib/resources/licenses.txt");
 const LICENSE_NOTE: &[u8] = b"poropunch is licensed under MIT OR Apache-2.0, at your choice: \
-    see LICENSE-MIT.txt and LICENSE-APACHE.txt in this folder.\n";
+    see LICENSE-MIT.txt and LICENSE-APACHE.txt in this folder. What is linked into it: third-party.txt.\n";
 
 /// Writes `poropunch.fmu` with the binary `library` of this platform to `path`.
 ///
@@ -45,7 +50,7 @@ pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
     let binary = std::fs::read(library).map_err(io(library))?;
     let binary_name = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}{}", std::env::consts::DLL_SUFFIX);
     let (description, documentation) = (xml(), documentation());
-    let entries: [(&str, &[u8]); 7] = [
+    let entries: [(&str, &[u8]); 8] = [
         ("modelDescription.xml", description.as_bytes()),
         ("model.png", ICON),
         (&binary_name, &binary),
@@ -53,6 +58,7 @@ pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
         ("documentation/licenses/license.txt", LICENSE_NOTE),
         ("documentation/licenses/LICENSE-MIT.txt", LICENSE_MIT),
         ("documentation/licenses/LICENSE-APACHE.txt", LICENSE_APACHE),
+        (LICENSES, LICENSES_LINKED),
     ];
     // No clock and no user in the archive: equal contents give equal bytes.
     let options = SimpleFileOptions::default()
@@ -67,7 +73,11 @@ pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
     let bytes = writer.finish()?.into_inner();
 
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(io(folder))?;
+    // As any other file of the user: temporary ones are for their owner's eyes only.
+    let mut file = Builder::new();
+    #[cfg(unix)]
+    file.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = file.tempfile_in(folder).map_err(io(folder))?;
     file.write_all(&bytes).map_err(io(path))?;
     file.persist(path).map_err(|e| io(path)(e.error))?;
     Ok(())

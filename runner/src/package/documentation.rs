@@ -11,17 +11,19 @@ const USE: &str = r#"<h2>Use from FMPy</h2>
 <pre>from fmpy import simulate_fmu
 
 result = simulate_fmu(
-    "poropunch.fmu", stop_time=10.0, output_interval=0.1,
-    start_values={"protocol.source": 2, "material.permeability": 1e-15},
+    "poropunch.fmu", stop_time=10.0, output_interval=0.0625,
+    start_values={"material.permeability": 1e-15},
     output=["punch_displacement", "force", "force_fluid"])
 print(result["force"].max())
 </pre>
+<p>Without any setting the punch follows the built-in protocol, whose corner lies on this grid. Masters that cannot
+set enumerations set the integers of the same names with <code>_number</code>; 0 leaves them as they are.</p>
 <h2>Your own displacement: mind the input hold</h2>
-<p>Most masters set the inputs at the <em>start</em> of a step and then step. If only
+<p>Set <code>protocol.source</code> to 1 (inputs): otherwise setting the inputs is an error. Most masters set the inputs at the <em>start</em> of a step and then step. If only
 <code>displacement</code> is given, the punch lags by one communication step: on protocol P2 the force is
 off by up to 17 % of its peak with steps of 0.1 s, and 6 % with steps of 0.01 s. Three ways avoid it, all exact:</p>
 <ol>
-<li><code>protocol.source = trapezoid</code>: the FMU makes the test itself, with exact corners.</li>
+<li><code>protocol.source = trapezoid</code>, the default: the FMU makes the test itself, with exact corners.</li>
 <li>Give the input <code>displacement_rate</code> too, the slope of the displacement during the next
 step. It is discrete, so FMPy makes a communication point at each of its jumps: the corners stay exact.
 A CSV then has the columns <code>time,displacement,displacement_rate</code>.</li>

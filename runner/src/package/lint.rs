@@ -1,5 +1,6 @@
 //! What the usual validators miss in an FMU.
 
+use super::archive::LICENSES;
 use crate::fmi::{FmiError, Fmu, ModelDescription, VariableKind, read_description};
 use roxmltree::{Document, Node};
 use std::collections::HashSet;
@@ -13,7 +14,38 @@ pub fn lint(path: &Path) -> Result<Vec<String>, FmiError> {
     let mut problems = lint_description(&read_description(path)?)?;
     let fmu = Fmu::open(path)?;
     problems.extend(lint_starts(&fmu)?);
+    lint_files(path, &fmu, &mut problems);
     Ok(problems)
+}
+
+/// The archive as a file, and what else is in it.
+fn lint_files(path: &Path, fmu: &Fmu, problems: &mut Vec<String>) {
+    let library = std::fs::read(fmu.library()).unwrap_or_default();
+    if library.windows(11).any(|name| name == b".debug_info") {
+        problems.push("the binary carries debug information: strip it".to_owned());
+    }
+    // The library lies two folders below the root.
+    if !fmu.library().ancestors().nth(3).is_some_and(|root| root.join(LICENSES).is_file()) {
+        problems.push(format!("{LICENSES} is missing: the licences of what is linked into the binary"));
+    }
+    #[cfg(unix)]
+    if path.is_file()
+        && let Ok(file) = std::fs::metadata(path)
+        && let Some(umask) = umask()
+    {
+        let mode = std::os::unix::fs::PermissionsExt::mode(&file.permissions());
+        if 0o044 & !umask & !mode != 0 {
+            problems.push(format!("the archive has mode {:o}: others cannot read it", mode & 0o777));
+        }
+    }
+}
+
+/// What this process takes away from the modes of its files, where the system tells.
+#[cfg(unix)]
+fn umask() -> Option<u32> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("Umask:"))?;
+    u32::from_str_radix(line.trim(), 8).ok()
 }
 
 /// Problems of a `modelDescription.xml` alone.
@@ -29,6 +61,7 @@ pub fn lint_description(xml: &str) -> Result<Vec<String>, FmiError> {
     lint_variables(&description, &mut problems);
     lint_structure(&description, root, &mut problems);
     lint_units(&description, root, &mut problems);
+    lint_importers(root, &mut problems);
     let capabilities = description.capabilities;
     if capabilities.serialize_state && !capabilities.get_and_set_state {
         problems.push("canSerializeFMUstate without canGetAndSetFMUstate".to_owned());
@@ -139,6 +172,39 @@ fn lint_units(description: &ModelDescription, root: Node, problems: &mut Vec<Str
                 problems
                     .push(format!("unit {}: no {part}", unit.attribute("name").unwrap_or("without name")));
             }
+        }
+    }
+}
+
+/// What importers need without any standard's demanding it: OMSimulator finds an algebraic loop where no dependencies
+/// are told, comparers and solvers take 1 for a missing nominal value, a missing tolerance or end for their own.
+fn lint_importers(root: Node, problems: &mut Vec<String>) {
+    let all = |tag: &'static str| root.descendants().filter(move |node| node.has_tag_name(tag));
+    for unknown in all("Unknown").filter(|node| node.attribute("dependencies").is_none()) {
+        problems.push(format!("unknown {}: no dependencies", unknown.attribute("index").unwrap_or_default()));
+    }
+    for variable in all("ScalarVariable") {
+        let real = variable.children().find(|node| node.has_tag_name("Real"));
+        let nominal = real.map(|r| r.attribute("nominal").and_then(|n| n.parse::<f64>().ok()).unwrap_or(0.0));
+        if nominal.is_some_and(|nominal| nominal <= 0.0 || !nominal.is_finite()) {
+            problems.push(format!("{}: no nominal value", variable.attribute("name").unwrap_or_default()));
+        }
+    }
+    for base in all("Unit").filter(|unit| unit.attribute("name") == Some("rad")) {
+        if !base.children().any(|child| child.attribute("rad") == Some("1")) {
+            problems.push("unit rad: no rad=\"1\" in its BaseUnit".to_owned());
+        }
+    }
+    for name in ["stopTime", "tolerance", "stepSize"] {
+        if !all("DefaultExperiment").any(|node| node.attribute(name).is_some()) {
+            problems.push(format!("DefaultExperiment: no {name}"));
+        }
+    }
+    let mut described = HashSet::new();
+    for variable in all("ScalarVariable") {
+        let (name, text) = (variable.attribute("name"), variable.attribute("description"));
+        if text.is_some_and(|text| !described.insert(text)) {
+            problems.push(format!("{}: the description of another", name.unwrap_or_default()));
         }
     }
 }

@@ -88,6 +88,9 @@ fn simulate(
 }
 
 fn set_parameters(instance: &mut FmuInstance, wiring: &Wiring, job: &Job) -> Result<(), RunFailure> {
+    if let Some((source, inputs)) = wiring.follow_input() {
+        attempt(instance, |i| set_number(i, source, inputs))?;
+    }
     for (name, &value) in &job.parameters {
         let Some(variable) = wiring.parameters.get(name) else {
             return Err(RunFailure::Model(format!("the FMU has no parameter `{name}`")));

@@ -158,6 +158,13 @@ impl Wiring {
         Ok(Self { input, drive, outputs, sensitivities: found, parameters, texts })
     }
 
+    /// What makes poropunch's FMU, which presses by a protocol of its own unless told otherwise, follow the input.
+    pub fn follow_input(&self) -> Option<(&ScalarVariable, f64)> {
+        let source = self.parameters.get("protocol.source")?;
+        let (_, number) = source.items.iter().find(|(item, _)| item == "inputs")?;
+        Some((source, f64::from(*number)))
+    }
+
     /// What a run's result depends on besides the FMU and the job.
     pub fn identity(&self) -> String {
         format!("{:?} {:?} {:?} {:?}", self.input, self.drive, self.outputs, self.texts)

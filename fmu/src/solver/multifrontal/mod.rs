@@ -42,6 +42,9 @@ pub enum StructureError {
     /// Lists that belong together have different lengths, or an index is out of range.
     #[error("inconsistent structure: {0}")]
     Inconsistent(&'static str),
+    /// More elements than are reasonable.
+    #[error("too many elements")]
+    TooLarge,
     /// A matrix entry couples two unknowns that share no element.
     #[error("entry ({row}, {column}) couples unknowns that share no element")]
     EntryOutsideElements {
