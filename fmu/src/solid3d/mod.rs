@@ -14,7 +14,6 @@ pub mod krylov;
 pub mod layout;
 pub mod linear;
 pub mod mesh;
-pub mod newton;
 pub mod point;
 pub mod sample;
 pub mod shape;

@@ -4,7 +4,6 @@ use super::assembly::{assemble, undeformed};
 use super::boundary::Conditions;
 use super::field::{self, QUARTERS};
 use super::linear::FrozenSolver;
-use super::newton::{self, Workspace};
 use super::point::SolidMaterial;
 use super::sample::SolidSample;
 use crate::contact::conditions::Condition;
@@ -12,12 +11,16 @@ use crate::contact::surface::{Contact, Touch};
 use crate::element::History;
 use crate::outputs::{Outputs, Statistics};
 use crate::parameters::Parameters;
-use crate::solver::newton::{NewtonFailure, System};
+use crate::solver::linear::Singular;
+use crate::solver::newton::{self, Aim, NewtonFailure, System, Workspace};
 use crate::solver::parameters::TimeScheme;
 use crate::specimen::step::{Found, Start, Task};
 use crate::specimen::trend::Trend;
 use crate::specimen::{Discretisation, State};
 use std::sync::Arc;
+
+/// Loosest reduction of a linear residual: a Newton correction need be no better than that far from the solution.
+const LOOSEST: f64 = 1e-2;
 
 /// Advances states; holds the memory and factors of one instance.
 pub struct SolidStepper {
@@ -92,17 +95,10 @@ impl SolidStepper {
             dt: task.length,
             displacement: task.displacement,
             raw_residual: &mut self.raw_residual,
+            fixed: &self.fixed,
+            linear: &mut self.linear,
         };
-        self.residual_norms = newton::solve(
-            &mut system,
-            &mut self.linear,
-            &self.sample.map.pattern,
-            &self.fixed,
-            &mut self.work,
-            x,
-            self.tolerance,
-            statistics,
-        )?;
+        self.residual_norms = newton::solve(&mut system, &mut self.work, x, self.tolerance, statistics)?;
         Ok(())
     }
 }
@@ -118,6 +114,8 @@ struct StageSystem<'a> {
     dt: f64,
     displacement: f64,
     raw_residual: &'a mut [f64],
+    fixed: &'a [bool],
+    linear: &'a mut FrozenSolver,
 }
 
 impl System for StageSystem<'_> {
@@ -156,6 +154,20 @@ impl System for StageSystem<'_> {
             }
         }
         Ok(square.sqrt())
+    }
+
+    fn correct(
+        &mut self,
+        values: &[f64],
+        correction: &mut [f64],
+        aim: Aim,
+        statistics: &mut Statistics,
+    ) -> Result<(), Singular> {
+        // The quadratic remainder is about ten times the squared norm: what is smaller need not be solved.
+        let enough = 0.2 * aim.tolerance / aim.norm.max(f64::MIN_POSITIVE);
+        let reduction = (3.0 * aim.norm).clamp(1e-12, LOOSEST).max(enough.min(LOOSEST));
+        let pattern = &self.sample.map.pattern;
+        self.linear.solve(pattern, values, self.fixed, correction, reduction, statistics)
     }
 
     fn scale(&self) -> &[f64] {

@@ -1,6 +1,6 @@
 //! Newton iteration with line search for one implicit stage.
 
-use super::linear::{LinearSolver, Singular};
+use super::linear::Singular;
 use crate::outputs::Statistics;
 use thiserror::Error;
 
@@ -37,6 +37,15 @@ pub enum NewtonFailure {
     },
 }
 
+/// From where to where the residual's unconstrained part shall fall: an iterative solver need not do more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aim {
+    /// Norm at present.
+    pub norm: f64,
+    /// Norm that is as good as none.
+    pub tolerance: f64,
+}
+
 /// A system of equations with Dirichlet conditions; residual and tangent are dimensionless.
 pub trait System {
     /// Residual and tangent values at `x`; rows of constrained unknowns hold `(x - prescribed) / scale`
@@ -46,19 +55,17 @@ pub trait System {
     /// The element that cannot be evaluated.
     fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize>;
 
-    /// Completes a solution of the linear system whose factors `linear` holds by couplings that its matrix
-    /// does not contain.
+    /// Solves the linear system in place for a correction; `correction` holds the residual.
     ///
     /// # Errors
-    /// When a solution with these factors fails.
-    fn couple(
-        &self,
-        _linear: &mut LinearSolver,
-        _values: &[f64],
-        _correction: &mut [f64],
-    ) -> Result<(), Singular> {
-        Ok(())
-    }
+    /// When the tangent is singular.
+    fn correct(
+        &mut self,
+        values: &[f64],
+        correction: &mut [f64],
+        aim: Aim,
+        statistics: &mut Statistics,
+    ) -> Result<(), Singular>;
 
     /// Units of the unknowns: a correction is the solution of the scaled system times these.
     fn scale(&self) -> &[f64];
@@ -92,7 +99,6 @@ impl Workspace {
 /// The reason why there is no solution; `x` is then undefined.
 pub fn solve(
     system: &mut impl System,
-    linear: &mut LinearSolver,
     work: &mut Workspace,
     x: &mut [f64],
     tolerance: f64,
@@ -108,11 +114,10 @@ pub fn solve(
             return Ok(norms);
         }
         statistics.iterations += 1;
-        statistics.factorisations += 1;
         correction.copy_from_slice(residual);
-        let singular = |_| NewtonFailure::Singular(iteration);
-        linear.solve(values, correction).map_err(singular)?;
-        system.couple(linear, values, correction).map_err(singular)?;
+        system
+            .correct(values, correction, Aim { norm, tolerance }, statistics)
+            .map_err(|_| NewtonFailure::Singular(iteration))?;
         let largest = correction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let negligible = constrained && largest <= NEGLIGIBLE;
         for (c, s) in correction.iter_mut().zip(system.scale()) {
@@ -162,11 +167,6 @@ pub fn solve(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::LinearSolverKind;
-    use crate::solver::linear::Structure;
-    use crate::solver::multifrontal;
-    use crate::solver::pattern::CscPattern;
-    use std::sync::Arc;
 
     /// `x = 0` with a residual that rounding keeps at 1e-8; knows where it was evaluated last.
     struct Rounded {
@@ -181,6 +181,17 @@ mod tests {
             Ok(residual[0].abs())
         }
 
+        fn correct(
+            &mut self,
+            values: &[f64],
+            correction: &mut [f64],
+            _: Aim,
+            _: &mut Statistics,
+        ) -> Result<(), Singular> {
+            correction[0] /= values[0];
+            Ok(())
+        }
+
         fn scale(&self) -> &[f64] {
             &[1.0]
         }
@@ -189,19 +200,10 @@ mod tests {
     /// Reaction and tangent are read from the system and the workspace after the iteration.
     #[test]
     fn the_last_evaluation_is_that_of_the_solution() {
-        let pattern = CscPattern::from_elements(1, &[[0_u32]]);
-        let connectivity = multifrontal::Structure {
-            unknowns: 1,
-            elements: vec![vec![0]],
-            centroids: vec![[0.0; 3]],
-            rank: vec![0],
-        };
-        let structure = Arc::new(Structure::analyse(pattern, &connectivity).unwrap());
-        let mut linear = LinearSolver::new(structure, LinearSolverKind::Multifrontal);
         let (mut system, mut work) = (Rounded { evaluated: f64::NAN }, Workspace::new(1, 1));
         let mut x = [1.0];
         let statistics = &mut Statistics::default();
-        solve(&mut system, &mut linear, &mut work, &mut x, 1e-12, statistics).unwrap();
+        solve(&mut system, &mut work, &mut x, 1e-12, statistics).unwrap();
         assert_eq!(statistics.iterations, 2, "the iteration must end by a negligible correction");
         assert_eq!(system.evaluated, x[0]);
     }

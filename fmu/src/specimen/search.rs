@@ -84,9 +84,9 @@ impl Stepper {
             drag,
             raw_residual: &mut self.raw_residual,
             reaction_row: &mut self.reaction_row,
+            linear: &mut self.linear,
         };
-        self.residual_norms =
-            newton::solve(&mut system, &mut self.linear, &mut self.work, x, self.tolerance, statistics)?;
+        self.residual_norms = newton::solve(&mut system, &mut self.work, x, self.tolerance, statistics)?;
         Ok(())
     }
 }

@@ -3,9 +3,10 @@
 use crate::contact::conditions::{Condition, Conditions, Guide};
 use crate::contact::profile::Profile;
 use crate::element::{Body, History, Stage};
-use crate::machine;
+use crate::machine::UnitMotion;
+use crate::outputs::Statistics;
 use crate::solver::linear::{LinearSolver, Singular};
-use crate::solver::newton::System;
+use crate::solver::newton::{Aim, System};
 
 /// Dimensionless springs between the nodes and where they were: one long step of an overdamped motion.
 #[derive(Clone, Copy)]
@@ -33,6 +34,7 @@ pub(super) struct StageSystem<'a> {
     pub drag: Option<Drag<'a>>,
     pub raw_residual: &'a mut [f64],
     pub reaction_row: &'a mut [f64],
+    pub linear: &'a mut LinearSolver,
 }
 
 impl System for StageSystem<'_> {
@@ -138,17 +140,20 @@ impl System for StageSystem<'_> {
         Ok(square.sqrt())
     }
 
-    fn couple(
-        &self,
-        linear: &mut LinearSolver,
+    fn correct(
+        &mut self,
         values: &[f64],
         correction: &mut [f64],
+        _: Aim,
+        statistics: &mut Statistics,
     ) -> Result<(), Singular> {
+        statistics.factorisations += 1;
+        self.linear.solve(values, correction)?;
         if self.compliance == 0.0 {
             return Ok(());
         }
-        let unit = machine::UnitMotion::new(self.conditions, self.column_scale, self.reaction_row, |rhs| {
-            linear.solve_again(values, rhs)
+        let unit = UnitMotion::new(self.conditions, self.column_scale, self.reaction_row, |rhs| {
+            self.linear.solve_again(values, rhs)
         })?;
         unit.couple(self.compliance, self.column_scale, self.reaction_row, correction);
         Ok(())
