@@ -20,10 +20,6 @@ pub fn lint(path: &Path) -> Result<Vec<String>, FmiError> {
 
 /// The archive as a file, and what else is in it.
 fn lint_files(path: &Path, fmu: &Fmu, problems: &mut Vec<String>) {
-    let library = std::fs::read(fmu.library()).unwrap_or_default();
-    if library.windows(11).any(|name| name == b".debug_info") {
-        problems.push("the binary carries debug information: strip it".to_owned());
-    }
     // The library lies two folders below the root.
     if !fmu.library().ancestors().nth(3).is_some_and(|root| root.join(LICENSES).is_file()) {
         problems.push(format!("{LICENSES} is missing: the licences of what is linked into the binary"));
