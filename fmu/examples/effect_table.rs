@@ -1,4 +1,4 @@
 //! Prints the documentation of the effects, `fmu/src/effect/README.md`.
 fn main() {
-    print!("{}", poropunch::effect::markdown());
+    print!("{}", poropunch::interface::effect_table::markdown());
 }

@@ -14,18 +14,16 @@
 
 mod builder;
 pub mod contact;
-pub mod cosimulation;
 pub mod effect;
 pub mod element;
 pub mod engine;
 pub mod error;
 pub mod fields;
-mod hash;
 pub mod instance;
+pub mod interface;
 pub mod law;
 pub mod machine;
 pub mod mesh;
-pub mod model_description;
 pub mod motion;
 pub mod number;
 pub mod outputs;
@@ -35,11 +33,12 @@ pub mod sensor;
 pub mod solid3d;
 pub mod solver;
 pub mod specimen;
-pub mod variables;
+pub mod unit;
 
 pub use error::{ParameterError, StepError};
 pub use fields::{Fields, FieldsError};
 pub use instance::{Instance, Model, Snapshot};
+pub use interface::{cosimulation, model_description, variables};
 pub use motion::protocol::{Protocol, Trapezoid};
 pub use outputs::{ForceSensitivity, Outputs, Statistics};
 pub use parameters::Parameters;

@@ -2,12 +2,11 @@
 
 pub use crate::contact::parameters::*;
 use crate::contact::profile::LARGEST_CAP;
-use crate::effect::EffectParameters;
+use crate::effect::{Access, EffectParameters};
 use crate::error::ParameterError;
 pub use crate::law::parameters::*;
 pub use crate::mesh::parameters::*;
 pub use crate::solver::parameters::*;
-use crate::variables::Settings;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -138,15 +137,17 @@ impl Parameters {
 
 /// Smallest element and smallest radius of an edge, over the punch's radius.
 const SMALLEST_EDGE: f64 = 1e-5;
+
 impl Parameters {
     /// Checks the ranges of the effects that the variable table declares, and what cannot be combined.
     ///
     /// # Errors
     /// Names the first parameter that is not admissible, with the reason.
     fn validate_effects(&self) -> Result<(), ParameterError> {
-        let settings = Settings::padding(self);
-        for variable in crate::effect::VARIABLES.iter().copied().flatten() {
-            variable.validate(&settings)?;
+        for parameter in crate::effect::PARAMETERS.iter().copied().flatten() {
+            if let Access::Real { range: (min, max), get, .. } = parameter.access {
+                within(parameter.name, get(&self.effect), min, max)?;
+            }
         }
         let effect = &self.effect;
         let slips = effect.slip.compliance != 0.0;

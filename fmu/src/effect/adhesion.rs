@@ -1,8 +1,8 @@
 //! Adhesion on retraction: the law is [`crate::contact::adhesion`].
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use crate::variables::units::{METRE, PASCAL};
-use crate::variables::{Variable, field, real};
+use crate::unit::{METRE, PASCAL};
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// Strength and reach of the bond.
@@ -20,20 +20,20 @@ impl Default for Parameters {
     }
 }
 
-pub(super) const VARIABLES: &[Variable] = &[
-    real(
+pub(super) const PARAMETERS: &[Parameter] = &[
+    real!(
         "effect.adhesion.strength",
         "Traction that holds the touched surface on the retracting punch; 0: none",
         &PASCAL,
         (0.0, 1e6),
-        field!(Real, padded.effect.adhesion.strength),
+        adhesion.strength,
     ),
-    real(
+    real!(
         "effect.adhesion.opening",
         "Gap at which that traction breaks; of no effect without effect.adhesion.strength",
         &METRE,
         (1e-8, 1.0),
-        field!(Real, padded.effect.adhesion.opening),
+        adhesion.opening,
     ),
 ];
 

@@ -4,8 +4,8 @@
 //! pressures are then those of the plain specimen times `a` at the same displacements, and so is the force.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use crate::variables::units::ONE;
-use crate::variables::{Variable, field, real};
+use crate::unit::ONE;
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// Size of the response.
@@ -15,12 +15,12 @@ pub struct Parameters {
     pub log_factor: f64,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[real(
+pub(super) const PARAMETERS: &[Parameter] = &[real!(
     "effect.amplitude.log_factor",
     "Logarithm of the factor on the specimen's force: all moduli and viscosities times it, K0 through it",
     &ONE,
     (-5.0, 5.0),
-    field!(Real, padded.effect.amplitude.log_factor),
+    amplitude.log_factor,
 )];
 
 /// The declaration.

@@ -4,8 +4,8 @@
 //! solved with the unknowns of every stage: see [`crate::machine`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use crate::variables::units::METRE_PER_NEWTON;
-use crate::variables::{Variable, field, real};
+use crate::unit::METRE_PER_NEWTON;
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// Compliance of everything between displacement sensor and sample.
@@ -15,12 +15,12 @@ pub struct Parameters {
     pub per_newton: f64,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[real(
+pub(super) const PARAMETERS: &[Parameter] = &[real!(
     "effect.compliance.per_newton",
     "Compliance C of the machine: the punch is at displacement - C force",
     &METRE_PER_NEWTON,
     (0.0, 1e3),
-    field!(Real, padded.effect.compliance.per_newton),
+    compliance.per_newton,
 )];
 
 /// The declaration.

@@ -1,7 +1,7 @@
 //! Discretisation: errors of mesh and time steps, and the traction integral as the force that is read out.
 
 use super::descriptor::{Effect, Place, geometric, one_sided, switch, two_sided};
-use crate::variables::{Variable, field, flag};
+use super::parameter::{Parameter, flag};
 use serde::{Deserialize, Serialize};
 
 /// What is read out.
@@ -11,10 +11,10 @@ pub struct Parameters {
     pub traction: bool,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[flag(
+pub(super) const PARAMETERS: &[Parameter] = &[flag!(
     "effect.discretisation.traction",
     "The force that is read is the surface integral of the traction, as the paper reports it",
-    field!(Boolean, padded.effect.discretisation.traction),
+    discretisation.traction,
 )];
 
 /// The declaration.

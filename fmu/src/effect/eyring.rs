@@ -1,8 +1,8 @@
 //! Nonlinear (Eyring) viscosity: the law is [`crate::law::eyring`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use crate::variables::units::PER_PASCAL;
-use crate::variables::{Variable, field, real};
+use crate::unit::PER_PASCAL;
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// The stress that drives the flow out of proportion.
@@ -12,12 +12,12 @@ pub struct Parameters {
     pub inverse_stress: f64,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[real(
+pub(super) const PARAMETERS: &[Parameter] = &[real!(
     "effect.eyring.inverse_stress",
     "1/tau_0 of the branches' flow, shear rate (tau_0/eta) sinh(stress/tau_0); 0: linear dashpots",
     &PER_PASCAL,
     (0.0, 10.0),
-    field!(Real, padded.effect.eyring.inverse_stress),
+    eyring.inverse_stress,
 )];
 
 /// The declaration.

@@ -1,8 +1,8 @@
 //! Load-cell drift: the zero of the electronics moves with time.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use crate::variables::units::NEWTON_PER_SECOND;
-use crate::variables::{Variable, field, real};
+use crate::unit::NEWTON_PER_SECOND;
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// Rate of the drift.
@@ -12,12 +12,12 @@ pub struct Parameters {
     pub rate: f64,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[real(
+pub(super) const PARAMETERS: &[Parameter] = &[real!(
     "effect.load_cell_drift.rate",
     "Rate at which the load cell's zero drifts, from the test's start, with and without contact",
     &NEWTON_PER_SECOND,
     (-1.0, 1.0),
-    field!(Real, padded.effect.load_cell_drift.rate),
+    load_cell_drift.rate,
 )];
 
 /// The declaration.

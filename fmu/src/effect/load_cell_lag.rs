@@ -1,8 +1,8 @@
 //! Load-cell lag: the law is [`crate::sensor::lag`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use crate::variables::units::SECOND;
-use crate::variables::{Variable, field, real};
+use crate::unit::SECOND;
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// Time constant of the filter.
@@ -12,12 +12,12 @@ pub struct Parameters {
     pub time: f64,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[real(
+pub(super) const PARAMETERS: &[Parameter] = &[real!(
     "effect.load_cell_lag.time",
     "Time constant T of the load cell: its reading y follows the force with T dy/dt = force - y",
     &SECOND,
     (0.0, 1e4),
-    field!(Real, padded.effect.load_cell_lag.time),
+    load_cell_lag.time,
 )];
 
 /// The declaration.

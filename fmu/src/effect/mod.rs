@@ -7,13 +7,12 @@
 //!
 //! The order in which they act is that of the force's way: specimen, contact, machine, sensor.
 
-mod catalogue;
 mod descriptor;
+mod parameter;
 
-pub use catalogue::{by_name, markdown};
 pub use descriptor::{Course, Effect, Place, Setting, Sign, Variant};
 
-use crate::variables::Variable;
+pub use parameter::{Access, Parameter};
 use serde::{Deserialize, Serialize};
 
 /// Parameters of an effect that is made of parameters of the plain model.
@@ -34,8 +33,8 @@ macro_rules! effects {
         /// All effects.
         pub const CATALOGUE: &[&Effect] = &[$(&$name::EFFECT),+];
 
-        /// Their entries of the variable table.
-        pub(crate) const VARIABLES: &[&[Variable]] = &[$($name::VARIABLES),+];
+        /// Their parameters, effect by effect.
+        pub const PARAMETERS: &[&[Parameter]] = &[$($name::PARAMETERS),+];
     };
 }
 
@@ -58,3 +57,8 @@ effects!(
     load_cell_lag,
     discretisation,
 );
+
+/// The effect called `name`.
+pub fn by_name(name: &str) -> Option<&'static Effect> {
+    CATALOGUE.iter().copied().find(|effect| effect.name == name)
+}

@@ -4,8 +4,8 @@
 //! The change of the moduli under stress does work of its own, which no output reports.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use crate::variables::units::PER_SECOND;
-use crate::variables::{Variable, field, real};
+use crate::unit::PER_SECOND;
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// Growth of the moduli.
@@ -15,12 +15,12 @@ pub struct Parameters {
     pub rate: f64,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[real(
+pub(super) const PARAMETERS: &[Parameter] = &[real!(
     "effect.modulus_drift.rate",
     "Rate at which all moduli and viscosities grow, exp(rate time), time since the test's start",
     &PER_SECOND,
     (-1.0, 1.0),
-    field!(Real, padded.effect.modulus_drift.rate),
+    modulus_drift.rate,
 )];
 
 /// The declaration.

@@ -1,8 +1,8 @@
 //! Contact-point offset: the true surface lies above or below the nominal zero.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use crate::variables::units::METRE;
-use crate::variables::{Variable, field, real};
+use crate::unit::METRE;
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// Where the surface is.
@@ -12,12 +12,12 @@ pub struct Parameters {
     pub height: f64,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[real(
+pub(super) const PARAMETERS: &[Parameter] = &[real!(
     "effect.offset.height",
     "Height of the true surface above the nominal zero: the sample feels displacement + height",
     &METRE,
     (-1.0, 1.0),
-    field!(Real, padded.effect.offset.height),
+    offset.height,
 )];
 
 /// The declaration.

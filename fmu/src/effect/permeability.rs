@@ -1,8 +1,8 @@
 //! Strain-dependent permeability: the law is [`crate::law::darcy`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use crate::variables::units::ONE;
-use crate::variables::{Variable, field, real};
+use crate::unit::ONE;
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// The exponent.
@@ -12,12 +12,12 @@ pub struct Parameters {
     pub exponent: f64,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[real(
+pub(super) const PARAMETERS: &[Parameter] = &[real!(
     "effect.permeability.exponent",
     "Exponent m of the permeability's dependence on the pore volume, K0 ((J-n0S)/(1-n0S))^m",
     &ONE,
     (0.0, 1000.0),
-    field!(Real, padded.effect.permeability.exponent),
+    permeability.exponent,
 )];
 
 /// The declaration.

@@ -5,8 +5,8 @@
 //! not among the outputs. It ends where the surface has left the punch.
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use crate::variables::units::METRE_PER_PASCAL;
-use crate::variables::{Variable, field, real};
+use crate::unit::METRE_PER_PASCAL;
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// Compliance of the layer.
@@ -16,12 +16,12 @@ pub struct Parameters {
     pub compliance: f64,
 }
 
-pub(super) const VARIABLES: &[Variable] = &[real(
+pub(super) const PARAMETERS: &[Parameter] = &[real!(
     "effect.slip.compliance",
     "Compliance of a thin shear layer under the bonded punch: radial slip per shear traction",
     &METRE_PER_PASCAL,
     (0.0, 1e6),
-    field!(Real, padded.effect.slip.compliance),
+    slip.compliance,
 )];
 
 /// The declaration.

@@ -1,8 +1,8 @@
 //! Softening with past strain: the law is [`crate::law::softening`].
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use crate::variables::units::{ONE, SECOND};
-use crate::variables::{Variable, field, real};
+use crate::unit::{ONE, SECOND};
+use super::parameter::{Parameter, real};
 use serde::{Deserialize, Serialize};
 
 /// Loss, and the strain and time in which it happens.
@@ -22,27 +22,27 @@ impl Default for Parameters {
     }
 }
 
-pub(super) const VARIABLES: &[Variable] = &[
-    real(
+pub(super) const PARAMETERS: &[Parameter] = &[
+    real!(
         "effect.softening.loss",
         "Share D of all springs and dashpots that is lost at large past strain",
         &ONE,
         (0.0, 0.95),
-        field!(Real, padded.effect.softening.loss),
+        softening.loss,
     ),
-    real(
+    real!(
         "effect.softening.strain",
         "Past equivalent logarithmic strain at which 63 % of the loss has happened",
         &ONE,
         (1e-3, 10.0),
-        field!(Real, padded.effect.softening.strain),
+        softening.strain,
     ),
-    real(
+    real!(
         "effect.softening.delay",
         "Time in which the past strain follows a larger present one; 0: at once",
         &SECOND,
         (0.0, 1e4),
-        field!(Real, padded.effect.softening.delay),
+        softening.delay,
     ),
 ];
 

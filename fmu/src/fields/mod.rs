@@ -1,8 +1,4 @@
-//! Fields of the sample at one time, for ParaView: extracted, and written as a series of VTU files.
-//!
-//! ```text
-//! Instance::fields -> Fields -> one .vtu;  Recorder: when a frame is due -> Series: frames and their .pvd
-//! ```
+//! Fields of the sample at one time, for ParaView.
 //!
 //! Points are (r, 0, z) in metres: r from the axis, z upwards from the sample's bottom. So z is the axis of
 //! the cylinder, ParaView opens the half plane facing the viewer, and its Rotational Extrusion, which turns about z,
@@ -10,22 +6,15 @@
 
 mod error;
 mod extract;
-mod pace;
 mod quantity;
-mod recorder;
-mod series;
-#[cfg(test)]
-mod series_tests;
 mod smooth;
+mod specimen;
 #[cfg(test)]
 mod tests;
-mod vtu;
 
 pub use error::FieldsError;
 pub use extract::{Matter, extract};
-pub use pace::{FieldSettings, Frames, Pace};
 pub use quantity::{Place, QUANTITIES, Quantity, markdown};
-pub use recorder::{Recorder, RecorderState};
 
 use crate::mesh::NODES;
 

@@ -5,7 +5,6 @@
 //! they may. It returns what it found: nothing of a state changes while it is being solved.
 
 pub mod derivatives;
-mod fields;
 pub mod sample;
 mod search;
 pub mod setup;

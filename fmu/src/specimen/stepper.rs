@@ -100,6 +100,19 @@ impl Stepper {
         &self.residual_norms
     }
 
+    /// The discretised sample.
+    pub fn sample(&self) -> &Sample {
+        &self.sample
+    }
+
+    /// The material at a time since the test's start (s).
+    pub fn material_at(&self, time: f64) -> PointMaterial {
+        match &self.drifting {
+            Some((material, extensions)) => PointMaterial::extended(material, extensions, time),
+            None => self.material.clone(),
+        }
+    }
+
     /// The surface under the punch.
     pub fn surface(&self) -> &Surface {
         &self.surface

@@ -1,7 +1,7 @@
 //! `simulate --fields`: where the FMU writes its fields, and how often.
 
 use clap::Args;
-use poropunch::fields::Frames;
+use poropunch::interface::recording::Frames;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

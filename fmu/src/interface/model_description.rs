@@ -1,9 +1,11 @@
 //! `modelDescription.xml` (FMI 2.0 co-simulation), written from the variable table.
 
-use crate::hash::hash_128;
+use crate::interface::hash::hash_128;
+use crate::interface::variables::{
+    Causality, Enumeration, Kind, Value, Variability, Variable, by_name, table,
+};
 use crate::motion::protocol::Trapezoid;
 use crate::solver::parameters::SolverParameters;
-use crate::variables::{Causality, Enumeration, Kind, Value, Variability, Variable, by_name, table, units};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 use std::io;
@@ -130,7 +132,7 @@ fn default_experiment(x: &mut Xml) -> io::Result<()> {
 }
 
 fn unit_definitions(x: &mut Xml) -> io::Result<()> {
-    for unit in units::ALL {
+    for unit in crate::unit::ALL {
         let (kg, m, s) = unit.exponents;
         let base = [("kg", kg), ("m", m), ("s", s), ("rad", unit.radians)];
         let base = base.into_iter().filter(|(_, exponent)| *exponent != 0);
@@ -255,7 +257,7 @@ fn model_structure(x: &mut Xml, variables: &[Variable]) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cosimulation::Slave;
+    use crate::interface::cosimulation::Slave;
 
     #[test]
     fn the_guid_changes_with_the_table() {

@@ -1,8 +1,8 @@
 //! The files of a series: `P2.pvd`, and the frames `P2/P2_0000.vtu`, `P2/P2_0001.vtu`, ... beside it.
 
 use super::vtu;
-use super::{Fields, FieldsError};
-use crate::hash::hash_128;
+use crate::fields::{Fields, FieldsError};
+use crate::interface::hash::hash_128;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io::ErrorKind;

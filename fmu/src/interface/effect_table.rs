@@ -1,13 +1,7 @@
-//! The catalogue as a whole: looking up, and the table of the documentation.
+//! The catalogue of effects as a table of the documentation.
 
-use super::descriptor::{Course, Effect, Setting, Sign, Variant};
-use super::{CATALOGUE, Place};
-use crate::variables::{self, Kind, Variable};
-
-/// The effect called `name`.
-pub fn by_name(name: &str) -> Option<&'static Effect> {
-    CATALOGUE.iter().copied().find(|effect| effect.name == name)
-}
+use super::variables::{self, Kind, Variable};
+use crate::effect::{CATALOGUE, Course, Place, Setting, Sign, Variant};
 
 /// The documentation of the catalogue, `fmu/src/effect/README.md`.
 pub fn markdown() -> String {
@@ -87,8 +81,8 @@ fn capital(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::VARIABLES;
-    use crate::variables::Causality;
+    use crate::effect::{PARAMETERS, by_name};
+    use crate::interface::variables::Causality;
 
     /// Every parameter exists, can be set, and starts at null; every probe is admissible.
     #[test]
@@ -113,7 +107,7 @@ mod tests {
     /// Names are unique, variants too; every parameter `effect.<name>.*` belongs to the effect's settings.
     #[test]
     fn names_are_consistent() {
-        assert_eq!(CATALOGUE.len(), VARIABLES.len());
+        assert_eq!(CATALOGUE.len(), PARAMETERS.len());
         for (k, effect) in CATALOGUE.iter().enumerate() {
             assert!(CATALOGUE[..k].iter().all(|other| other.name != effect.name), "{}", effect.name);
             assert!(effect.mimics.iter().all(|name| by_name(name).is_some()), "{}", effect.name);
@@ -121,11 +115,11 @@ mod tests {
             for (i, variant) in effect.variants.iter().enumerate() {
                 assert!(effect.variants[..i].iter().all(|other| other.name != variant.name));
             }
-            for variable in VARIABLES[k] {
+            for parameter in PARAMETERS[k] {
                 let prefix = format!("effect.{}.", effect.name);
-                assert!(variable.name.starts_with(&prefix), "{} in {}", variable.name, effect.name);
+                assert!(parameter.name.starts_with(&prefix), "{} in {}", parameter.name, effect.name);
                 let mut settings = effect.variants.iter().flat_map(|v| v.settings);
-                assert!(settings.any(|s| s.parameter == variable.name), "{}", variable.name);
+                assert!(settings.any(|s| s.parameter == parameter.name), "{}", parameter.name);
             }
         }
     }

@@ -1,12 +1,13 @@
 //! The FMI co-simulation slave without any C: settings by value reference, initialise, step, save.
 
-use crate::fields::{FieldsError, Recorder, RecorderState};
-use crate::hash::hash_128;
-use crate::model_description::guid_bytes;
-use crate::motion::protocol::{Protocol, ProtocolError};
-use crate::variables::{
+use crate::fields::FieldsError;
+use crate::interface::hash::hash_128;
+use crate::interface::model_description::guid_bytes;
+use crate::interface::recording::{Recorder, RecorderState};
+use crate::interface::variables::{
     Causality, ProtocolSource, Readings, Settings, SettingsError, Value, VariableError, by_name, by_reference,
 };
+use crate::motion::protocol::{Protocol, ProtocolError};
 use crate::{Instance, Model, Outputs, ParameterError, Parameters, Snapshot, StepError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

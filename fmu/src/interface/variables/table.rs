@@ -1,19 +1,20 @@
 //! The entries. Starts come from `Default`, so no number of the model is written twice.
 
 use super::settings::CHOICES;
-use super::units::{
-    CUBIC_METRE, JOULE, METRE, METRE_PER_SECOND, NEWTON, ONE, PASCAL, PASCAL_SECOND, RADIAN, SECOND,
-    SQUARE_METRE, Unit, WATT,
-};
 use super::{
     Binding, Causality, Enumeration, Identification, Kind, ProtocolSource, Readings, Variability, Variable,
     sensitivities,
 };
 use crate::contact::parameters::IndenterProfile;
-use crate::fields::Frames;
+use crate::effect::{Access, Parameter};
+use crate::interface::recording::Frames;
 use crate::mesh::parameters::{MeshKind, MeshPreset};
 use crate::parameters::CONE_HALF_ANGLE;
 use crate::solver::parameters::{LinearSolverKind, TimeScheme};
+use crate::unit::{
+    CUBIC_METRE, JOULE, METRE, METRE_PER_SECOND, NEWTON, ONE, PASCAL, PASCAL_SECOND, RADIAN, SECOND,
+    SQUARE_METRE, Unit, WATT,
+};
 
 const MESH_PRESET: Enumeration = Enumeration {
     name: "MeshPreset",
@@ -75,10 +76,9 @@ const FIELD_FRAMES: Enumeration = Enumeration {
 /// Reader and writer of a field of `Settings`.
 macro_rules! field {
     ($kind:ident, $($path:ident).+) => {
-        $crate::variables::Binding::$kind(|s| s.$($path).+, |s, v| s.$($path).+ = v)
+        $crate::interface::variables::Binding::$kind(|s| s.$($path).+, |s, v| s.$($path).+ = v)
     };
 }
-pub(crate) use field;
 
 /// Reader and writer of an enumeration, its items in the order of the variants.
 macro_rules! choice {
@@ -104,7 +104,7 @@ pub(super) const fn variable(
     Variable { name, description, causality, variability, kind, identification: None, binding }
 }
 
-pub(crate) const fn real(
+const fn real(
     name: &'static str,
     description: &'static str,
     unit: &'static Unit,
@@ -114,7 +114,7 @@ pub(crate) const fn real(
     variable(name, description, Kind::Real { unit, range: Some((min, max)) }, binding)
 }
 
-pub(crate) const fn flag(name: &'static str, description: &'static str, binding: Binding) -> Variable {
+const fn flag(name: &'static str, description: &'static str, binding: Binding) -> Variable {
     variable(name, description, Kind::Boolean, binding)
 }
 
@@ -665,22 +665,29 @@ const SECTIONS: [&[Variable]; 19] = [
     &NUMBERS,
 ];
 
-/// A section of the table by its number.
-const fn section(number: usize) -> Option<&'static [Variable]> {
-    let effects = crate::effect::VARIABLES;
-    if number < SECTIONS.len() {
-        Some(SECTIONS[number])
-    } else if number < SECTIONS.len() + effects.len() {
-        Some(effects[number - SECTIONS.len()])
-    } else {
-        None
-    }
+/// Parameters of all effects.
+const EFFECTS: &[&[Parameter]] = crate::effect::PARAMETERS;
+
+/// The row of an effect's parameter.
+const fn of_effect(parameter: &Parameter) -> Variable {
+    let (kind, binding) = match parameter.access {
+        Access::Real { unit, range, get, set } => {
+            (Kind::Real { unit, range: Some(range) }, Binding::EffectReal(get, set))
+        }
+        Access::Flag { get, set } => (Kind::Boolean, Binding::EffectFlag(get, set)),
+    };
+    variable(parameter.name, parameter.description, kind, binding)
 }
 
 const LENGTH_OF_TABLE: usize = {
     let (mut number, mut length) = (0, 0);
-    while let Some(rows) = section(number) {
-        length += rows.len();
+    while number < SECTIONS.len() {
+        length += SECTIONS[number].len();
+        number += 1;
+    }
+    number = 0;
+    while number < EFFECTS.len() {
+        length += EFFECTS[number].len();
         number += 1;
     }
     length
@@ -690,10 +697,20 @@ const LENGTH_OF_TABLE: usize = {
 pub(super) static TABLE: [Variable; LENGTH_OF_TABLE] = {
     let mut table = [SECTIONS[0][0]; LENGTH_OF_TABLE];
     let (mut number, mut at) = (0, 0);
-    while let Some(rows) = section(number) {
+    while number < SECTIONS.len() {
         let mut row = 0;
-        while row < rows.len() {
-            table[at] = rows[row];
+        while row < SECTIONS[number].len() {
+            table[at] = SECTIONS[number][row];
+            at += 1;
+            row += 1;
+        }
+        number += 1;
+    }
+    number = 0;
+    while number < EFFECTS.len() {
+        let mut row = 0;
+        while row < EFFECTS[number].len() {
+            table[at] = of_effect(&EFFECTS[number][row]);
             at += 1;
             row += 1;
         }

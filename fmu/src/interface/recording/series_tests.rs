@@ -1,8 +1,8 @@
 //! Series written by a slave: what is on the disk at every time, also after a return to an earlier state.
 
-use crate::cosimulation::{Slave, SlaveError, SlaveState};
 use crate::fields::FieldsError;
-use crate::variables::{Value, by_name};
+use crate::interface::cosimulation::{Slave, SlaveError, SlaveState};
+use crate::interface::variables::{Value, by_name};
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,9 +1,10 @@
 //! Writes frames along a run.
 
+use super::FieldSettings;
 use super::pace::Pace;
 use super::series::{Frame, Series};
-use super::{FieldSettings, FieldsError};
 use crate::Instance;
+use crate::fields::FieldsError;
 use serde::{Deserialize, Serialize};
 
 /// A series and what decides over its next frame.

@@ -1,7 +1,7 @@
 //! What the variables are bound to: everything settable, and everything readable.
 
 use super::{Binding, Causality, Kind, Variable, VariableError, table};
-use crate::fields::FieldSettings;
+use crate::interface::recording::FieldSettings;
 use crate::law::parameters::{BranchParameters, OgdenParameters};
 use crate::law::{MaterialParameter, Spring};
 use crate::motion::protocol::Trapezoid;
@@ -66,11 +66,6 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Settings that hold these parameters, for reading them by name; absent branches have no place in them.
-    pub(crate) fn padding(parameters: &Parameters) -> Self {
-        Self { padded: parameters.clone(), ..Self::default() }
-    }
-
     /// The model's parameters, without the absent branches.
     pub fn parameters(&self) -> Parameters {
         let mut parameters = self.padded.clone();
@@ -177,7 +172,7 @@ pub enum SettingsError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::{Value, by_name};
+    use crate::interface::variables::{Value, by_name};
 
     /// Every enumeration has its integer twin, with the same items, at the place that its name says.
     #[test]

@@ -3,7 +3,7 @@
 //! The one crate for them, vtkio, has had no stable release since 2021, so the elements are named here. Arrays are base64, each
 //! with its length before it: what every reader of VTK's files knows.
 
-use super::{Field, Fields};
+use crate::fields::{Field, Fields};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use quick_xml::Writer;

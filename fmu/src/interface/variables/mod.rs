@@ -6,14 +6,12 @@
 pub mod sensitivities;
 mod settings;
 mod table;
-pub mod units;
 
-pub(crate) use table::{field, flag, real};
-
+pub use crate::unit::Unit;
 pub use settings::{BRANCHES, ProtocolSource, Readings, Settings, SettingsError};
-pub use units::Unit;
 
-use crate::{ForceSensitivity, ParameterError};
+use crate::ForceSensitivity;
+use crate::effect::EffectParameters;
 
 /// Role of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,6 +107,8 @@ pub(crate) enum Binding {
     Text(fn(&Settings) -> &str, fn(&mut Settings, String)),
     /// Number of an item of the enumeration with this place among all.
     Number(usize),
+    EffectReal(fn(&EffectParameters) -> f64, fn(&mut EffectParameters, f64)),
+    EffectFlag(fn(&EffectParameters) -> bool, fn(&mut EffectParameters, bool)),
     RealOutput(fn(&Readings) -> f64),
     /// Derivative of a force by the material's parameter with this index.
     Sensitivity(fn(&ForceSensitivity) -> f64, usize),
@@ -182,6 +182,8 @@ impl Variable {
             Binding::Integer(get, _) => Value::Integer(get(settings)),
             Binding::Boolean(get, _) => Value::Boolean(get(settings)),
             Binding::Text(get, _) => Value::Text(get(settings).to_owned()),
+            Binding::EffectReal(get, _) => Value::Real(get(&settings.padded.effect)),
+            Binding::EffectFlag(get, _) => Value::Boolean(get(&settings.padded.effect)),
             Binding::Number(choice) => Value::Integer(settings.numbers[choice]),
             Binding::RealOutput(get) => Value::Real(get(readings)),
             Binding::Sensitivity(get, parameter) => Value::Real(get(&readings.sensitivities[parameter])),
@@ -201,6 +203,8 @@ impl Variable {
             (Binding::Integer(_, set), Value::Integer(v)) => set(settings, v),
             (Binding::Boolean(_, set), Value::Boolean(v)) => set(settings, v),
             (Binding::Text(_, set), Value::Text(v)) => set(settings, v),
+            (Binding::EffectReal(_, set), Value::Real(v)) => set(&mut settings.padded.effect, v),
+            (Binding::EffectFlag(_, set), Value::Boolean(v)) => set(&mut settings.padded.effect, v),
             (Binding::Number(choice), Value::Integer(v)) => settings.numbers[choice] = v,
             (Binding::RealOutput(_) | Binding::Sensitivity(..) | Binding::IntegerOutput(_), _) => {
                 return Err(VariableError::ReadOnly(self.name.to_owned()));
@@ -231,7 +235,7 @@ impl Variable {
         match self.binding {
             Binding::Sensitivity(_, parameter) => {
                 let mut material = table().iter().filter(|v| v.name.starts_with("material."));
-                material.nth(parameter).map_or(usual, |p| units::NEWTON.nominal / p.nominal())
+                material.nth(parameter).map_or(usual, |p| crate::unit::NEWTON.nominal / p.nominal())
             }
             _ if self.start_number() != 0.0 => self.start_number().abs(),
             _ => usual,
@@ -244,18 +248,6 @@ impl Variable {
             Kind::Real { unit, .. } => Some(unit),
             _ => None,
         }
-    }
-
-    /// Checks a value that was not set by name.
-    pub(crate) fn validate(&self, settings: &Settings) -> Result<(), ParameterError> {
-        let value = self.get(settings, &Readings::default());
-        let (Kind::Real { range: Some((min, max)), .. }, Value::Real(value)) = (self.kind, value) else {
-            return Ok(());
-        };
-        if (min..=max).contains(&value) {
-            return Ok(());
-        }
-        Err(ParameterError::OutOfRange { name: self.name.to_owned(), value, min, max })
     }
 
     fn check(&self, value: &Value) -> Result<(), VariableError> {

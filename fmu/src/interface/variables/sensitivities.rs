@@ -2,9 +2,9 @@
 
 use super::settings::SENSITIVITIES;
 use super::table::variable;
-use super::units::{NEWTON, NEWTON_PER_PASCAL, NEWTON_PER_PASCAL_SECOND, NEWTON_PER_SQUARE_METRE};
 use super::{Binding, Kind, Variable};
 use crate::ForceSensitivity;
+use crate::unit::{NEWTON, NEWTON_PER_PASCAL, NEWTON_PER_PASCAL_SECOND, NEWTON_PER_SQUARE_METRE};
 
 /// Boolean parameter that switches the sensitivities on.
 pub const SWITCH: &str = "solver.sensitivities";
@@ -97,8 +97,8 @@ pub(super) const FORCE_FLUID: [Variable; SENSITIVITIES] =
 mod tests {
     use super::super::{Kind, by_name, table};
     use super::*;
+    use crate::interface::variables::BRANCHES;
     use crate::law::MaterialParameter;
-    use crate::variables::BRANCHES;
 
     /// The order of the names is that of the indices, which is that of the parameters in the table.
     #[test]
