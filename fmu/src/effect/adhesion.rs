@@ -1,8 +1,8 @@
 //! Adhesion on retraction: the law is [`crate::contact::adhesion`].
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use crate::unit::{METRE, PASCAL};
 use super::parameter::{Parameter, real};
+use crate::unit::{METRE, PASCAL};
 use serde::{Deserialize, Serialize};
 
 /// Strength and reach of the bond.

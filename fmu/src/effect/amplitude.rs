@@ -4,8 +4,8 @@
 //! pressures are then those of the plain specimen times `a` at the same displacements, and so is the force.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use crate::unit::ONE;
 use super::parameter::{Parameter, real};
+use crate::unit::ONE;
 use serde::{Deserialize, Serialize};
 
 /// Size of the response.

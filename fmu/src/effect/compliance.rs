@@ -4,8 +4,8 @@
 //! solved with the unknowns of every stage: see [`crate::machine`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use crate::unit::METRE_PER_NEWTON;
 use super::parameter::{Parameter, real};
+use crate::unit::METRE_PER_NEWTON;
 use serde::{Deserialize, Serialize};
 
 /// Compliance of everything between displacement sensor and sample.

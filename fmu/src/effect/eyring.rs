@@ -1,8 +1,8 @@
 //! Nonlinear (Eyring) viscosity: the law is [`crate::law::eyring`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use crate::unit::PER_PASCAL;
 use super::parameter::{Parameter, real};
+use crate::unit::PER_PASCAL;
 use serde::{Deserialize, Serialize};
 
 /// The stress that drives the flow out of proportion.

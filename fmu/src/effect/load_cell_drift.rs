@@ -1,8 +1,8 @@
 //! Load-cell drift: the zero of the electronics moves with time.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use crate::unit::NEWTON_PER_SECOND;
 use super::parameter::{Parameter, real};
+use crate::unit::NEWTON_PER_SECOND;
 use serde::{Deserialize, Serialize};
 
 /// Rate of the drift.

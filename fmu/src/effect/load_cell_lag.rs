@@ -1,8 +1,8 @@
 //! Load-cell lag: the law is [`crate::sensor::lag`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use crate::unit::SECOND;
 use super::parameter::{Parameter, real};
+use crate::unit::SECOND;
 use serde::{Deserialize, Serialize};
 
 /// Time constant of the filter.

@@ -4,8 +4,8 @@
 //! The change of the moduli under stress does work of its own, which no output reports.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use crate::unit::PER_SECOND;
 use super::parameter::{Parameter, real};
+use crate::unit::PER_SECOND;
 use serde::{Deserialize, Serialize};
 
 /// Growth of the moduli.

@@ -1,8 +1,8 @@
 //! Contact-point offset: the true surface lies above or below the nominal zero.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use crate::unit::METRE;
 use super::parameter::{Parameter, real};
+use crate::unit::METRE;
 use serde::{Deserialize, Serialize};
 
 /// Where the surface is.

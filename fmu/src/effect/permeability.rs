@@ -1,8 +1,8 @@
 //! Strain-dependent permeability: the law is [`crate::law::darcy`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use crate::unit::ONE;
 use super::parameter::{Parameter, real};
+use crate::unit::ONE;
 use serde::{Deserialize, Serialize};
 
 /// The exponent.

@@ -5,8 +5,8 @@
 //! not among the outputs. It ends where the surface has left the punch.
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use crate::unit::METRE_PER_PASCAL;
 use super::parameter::{Parameter, real};
+use crate::unit::METRE_PER_PASCAL;
 use serde::{Deserialize, Serialize};
 
 /// Compliance of the layer.

@@ -1,8 +1,8 @@
 //! Softening with past strain: the law is [`crate::law::softening`].
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use crate::unit::{ONE, SECOND};
 use super::parameter::{Parameter, real};
+use crate::unit::{ONE, SECOND};
 use serde::{Deserialize, Serialize};
 
 /// Loss, and the strain and time in which it happens.
