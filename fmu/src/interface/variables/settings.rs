@@ -105,8 +105,8 @@ impl Settings {
     /// # Errors
     /// Names the first that is not admissible.
     pub fn validate_branches(&self) -> Result<(), ParameterError> {
-        let present = (1..).zip(&self.padded.material.branches).filter(|(_, b)| b.ogden.mu != 0.0);
-        present.into_iter().try_for_each(|(number, branch)| validate_branch(number, branch))
+        let mut present = (1..).zip(&self.padded.material.branches).filter(|(_, b)| b.ogden.mu != 0.0);
+        present.try_for_each(|(number, branch)| validate_branch(number, branch))
     }
 
     pub(super) fn branch<const I: usize>(&self) -> &BranchParameters {
