@@ -1,4 +1,7 @@
-//! Shared helpers of the integration tests.
+//! What the tests share: whole runs of the model, problems on any mesh, closed forms.
+
+pub mod analytical;
+pub mod problem;
 
 use poropunch::motion::protocol::Protocol;
 use poropunch::parameters::{

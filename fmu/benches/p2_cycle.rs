@@ -7,7 +7,6 @@
 use cpu_time::ThreadTime;
 use poropunch::parameters::MeshPreset;
 use poropunch::{Instance, Model, Parameters, Statistics, StepError};
-use rayon::prelude::*;
 use std::time::Instant;
 
 const REPETITIONS: usize = 5;
@@ -51,10 +50,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     let model = Model::new(Parameters::default())?;
-    let throughput = |threads: usize| -> Result<f64, Box<dyn std::error::Error>> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let throughput = |threads: usize| -> Result<f64, StepError> {
         let start = Instant::now();
-        pool.install(|| (0..INSTANCES).into_par_iter().try_for_each(|_| cycle(&model).map(drop)))?;
+        std::thread::scope(|scope| {
+            let share = || (0..INSTANCES / threads).try_for_each(|_| cycle(&model).map(drop));
+            let started: Vec<_> = (0..threads).map(|_| scope.spawn(share)).collect();
+            started.into_iter().try_for_each(|thread| thread.join().expect("no panic"))
+        })?;
         Ok(INSTANCES as f64 / start.elapsed().as_secs_f64())
     };
     let (one, two) = (throughput(1)?, throughput(2)?);

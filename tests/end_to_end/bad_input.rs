@@ -1,6 +1,6 @@
 //! Bad input of every kind ends in a message with place and remedy, and in no output.
 
-use crate::program::{directory, fail, text};
+use super::program::{directory, fail, text};
 
 const GOOD: &str =
     "time_s,displacement_mm,force_mN\n0,-0.1,0\n0.1,0,0\n0.2,0.1,2\n0.3,0.2,3\n0.4,0.3,4\n0.5,0.3,3\n";

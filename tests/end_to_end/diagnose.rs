@@ -3,7 +3,7 @@
 //! Set-up: coarse mesh, `--quick`. Practice data come from an independent solver with one effect each
 //! (data/practice/answers.csv); the null case is that solver's plain model.
 
-use crate::program::{directory, fail, json, repository, run, succeed, text};
+use super::program::{directory, fail, json, repository, run, succeed, text};
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! `simulate --fields`: the series as a reader of VTK's files sees it.
 
-use crate::program::{directory, fail, repository, succeed, text};
-use crate::third_party;
+use super::program::{directory, fail, repository, succeed, text};
+use super::third_party;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

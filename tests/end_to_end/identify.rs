@@ -1,7 +1,7 @@
 //! What `identify` can be asked for, on the quick third-party FMU.
 
-use crate::program::{column, directory, json, run, succeed, text};
-use crate::third_party::{WIRING, build, measurement};
+use super::program::{column, directory, json, run, succeed, text};
+use super::third_party::{WIRING, build, measurement};
 use serde_json::Value;
 
 /// The row of a parameter.

@@ -1,6 +1,6 @@
 //! `inspect` on the shipped six-cycle data, on specimens in files of their own, and on files that are no test.
 
-use crate::program::{column, directory, fail, json, repository, run, succeed, text};
+use super::program::{column, directory, fail, json, repository, run, succeed, text};
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Stopping and killing: nothing is lost, and resuming gives the very same result.
 
-use crate::program::{directory, fail, json, runner, succeed, text};
-use crate::third_party::{WIRING, build, measurement};
+use super::program::{directory, fail, json, runner, succeed, text};
+use super::third_party::{WIRING, build, measurement};
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};

@@ -1,6 +1,6 @@
 //! poropunch's own FMU on the coarse mesh, with the shipped data.
 
-use crate::program::{column, directory, fail, json, repository, succeed, text};
+use super::program::{column, directory, fail, json, repository, succeed, text};
 use std::path::{Path, PathBuf};
 
 /// The shipped P2 up to a time (s): a short history is a quick test.

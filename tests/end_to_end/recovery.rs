@@ -5,7 +5,7 @@
 //! effects are told that a free fit would absorb. Reference: what was put in. Tolerance: the effect is named, alone or in a
 //! group of at most three; its size within 4 deviations and a tenth.
 
-use crate::program::{column, directory, json, succeed, text};
+use super::program::{column, directory, json, succeed, text};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -139,6 +139,7 @@ fn a_cause_outside_the_catalogue_is_none_of_these() {
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn third_branch() {
     recovers(
         "third_branch",
@@ -150,16 +151,19 @@ fn third_branch() {
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn eyring() {
     recovers("eyring", Some(7.0), Then::Hold, &[], &[&["effect.eyring.inverse_stress=3.5e-2"]]);
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn permeability() {
     recovers("permeability", None, Then::Hold, &DRAINING, &[&["effect.permeability.exponent=40"]]);
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn lambda_star() {
     recovers("lambda_star", Some(1.0), Then::Hold, &DRAINING[1..], &[&["material.lambda_star=2e3"]]);
 }
@@ -170,21 +174,25 @@ fn softening() {
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn modulus_drift() {
     recovers("modulus_drift", None, Then::LongHold, &[], &[&["effect.modulus_drift.rate=4e-4"]]);
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn slip() {
     recovers("slip", None, Then::Hold, &[], &[&["boundary.bonded_punch=false"]]);
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn drained_punch() {
     recovers("drained_punch", None, Then::Hold, &DRAINING, &[&["boundary.drained_punch=true"]]);
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn drainage() {
     recovers(
         "drainage",
@@ -196,16 +204,19 @@ fn drainage() {
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn adhesion() {
     recovers("adhesion", None, Then::Withdrawal, &[], &[&["effect.adhesion.strength=200"]]);
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn offset() {
     recovers("offset", Some(2.5), Then::Hold, &[], &[&["effect.offset.height=5e-5"]]);
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn amplitude() {
     recovers("amplitude", Some(1.0), Then::Hold, &[], &[&[], &["effect.amplitude.log_factor=0.2"]]);
 }
@@ -216,16 +227,19 @@ fn compliance() {
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn load_cell_drift() {
     recovers("load_cell_drift", Some(5.0), Then::LongHold, &[], &[&["effect.load_cell_drift.rate=1e-5"]]);
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn load_cell_lag() {
     recovers("load_cell_lag", Some(2.0), Then::Hold, &[], &[&["effect.load_cell_lag.time=0.1"]]);
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn specimen_size() {
     recovers(
         "specimen_size",
@@ -237,6 +251,7 @@ fn specimen_size() {
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn traction() {
     recovers("discretisation", None, Then::Hold, &[], &[&["effect.discretisation.traction=true"]]);
 }

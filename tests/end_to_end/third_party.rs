@@ -1,6 +1,6 @@
 //! Somebody else's FMU: other names, other units, no input derivatives, plain C.
 
-use crate::program::{column, directory, fail, json, succeed, text};
+use super::program::{column, directory, fail, json, succeed, text};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;

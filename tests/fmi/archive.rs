@@ -1,6 +1,6 @@
 //! A. The archive: valid, complete, reproducible, and the lint that finds what validators miss.
 
-use crate::support::{archive, fmu, python};
+use super::support::{archive, fmu, python};
 use poropunch::model_description::{guid, xml};
 use runner::fmi::builtin_library;
 use runner::package::{lint, lint_description, write_archive};

@@ -1,6 +1,6 @@
 //! What the loader says about FMUs that cannot be used.
 
-use crate::support::{archive, coarse, reference};
+use super::support::{archive, coarse, reference};
 use poropunch::model_description::{guid, xml};
 use runner::fmi::{FmiError, Fmu};
 use std::fs;

@@ -1,6 +1,6 @@
 //! E. Many instances at once equal one after the other, bit for bit; and the cost of a call.
 
-use crate::support::{fmu, get, load, reference, running, set};
+use super::support::{fmu, get, load, reference, running, set};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -17,9 +17,9 @@ fn sweep(n: usize, threads: usize) -> Vec<Vec<u64>> {
                     if i >= n {
                         return;
                     }
-                    let mut instance = crate::support::coarse();
+                    let mut instance = super::support::coarse();
                     set(&mut instance, "material.branch[2].eta", 4000.0 + 10.0 * i as f64);
-                    crate::support::initialise(&mut instance, None);
+                    super::support::initialise(&mut instance, None);
                     let forces = load(&mut instance, 0.0, 0.05, 3);
                     results.lock().unwrap()[i] = forces;
                 }

@@ -1,6 +1,6 @@
 //! D. Saved states: bit-identical, valid in another process, corrupt bytes refused, no growth.
 
-use crate::support::{archive, get, load, python, read_rows, resident_mb, running};
+use super::support::{archive, get, load, python, read_rows, resident_mb, running};
 
 #[test]
 fn going_back_repeats_a_thousand_steps_bit_for_bit() {
@@ -12,7 +12,7 @@ fn going_back_repeats_a_thousand_steps_bit_for_bit() {
     instance.set_state(&state).unwrap();
     assert_eq!(load(&mut instance, 0.2, 5e-4, 1000), first, "set_state");
     // A fresh instance from bytes, its parameters among them.
-    let mut other = crate::support::fmu().instantiate("other").unwrap();
+    let mut other = super::support::fmu().instantiate("other").unwrap();
     let read = other.deserialize_state(&bytes).unwrap();
     other.set_state(&read).unwrap();
     assert_eq!(load(&mut other, 0.2, 5e-4, 1000), first, "deserialised");
@@ -31,7 +31,7 @@ fn another_process_continues_bit_for_bit() {
     for row in read_rows(&out) {
         let time = row[0];
         // The same number that Python forms: now * 1e-3.
-        crate::support::set(&mut instance, "displacement", time * 1e-3);
+        super::support::set(&mut instance, "displacement", time * 1e-3);
         instance.do_step(time, 0.1).unwrap();
         assert_eq!(get(&mut instance, "force").to_bits(), row[1].to_bits());
     }
@@ -95,12 +95,16 @@ fn get_and_free(n: usize) {
         }
     };
     turns(1_000);
-    let before = resident_mb();
-    turns(n);
-    let growth = resident_mb() - before;
-    println!("{n} times GetFMUstate and FreeFMUstate: growth {growth:.3} MB");
-    // Other tests run in this process at the same time; a leak would be n states.
-    assert!(growth < n as f64 * 1e-3, "grown by {growth} MB");
+    // Other tests run in this process at the same time: a leak shows in every batch, what they hold in some.
+    let batch = |_| {
+        let before = resident_mb();
+        turns(n / 5);
+        resident_mb() - before
+    };
+    let growth = (0..5).map(batch).fold(f64::INFINITY, f64::min);
+    println!("{n} times GetFMUstate and FreeFMUstate: growth at least {growth:.3} MB in a fifth of them");
+    // A leak would be a fifth of n states of some 100 kB; a page now and then is none.
+    assert!(growth < n as f64 * 1e-4, "grown by {growth} MB");
 }
 
 #[test]

@@ -108,6 +108,10 @@ pub fn python(arguments: &[&str]) -> String {
 
 /// Rows of numbers of a CSV file without a header.
 pub fn read_rows(path: &Path) -> Vec<Vec<f64>> {
-    let text = std::fs::read_to_string(path).unwrap();
+    rows(&std::fs::read_to_string(path).unwrap())
+}
+
+/// The same of its text.
+pub fn rows(text: &str) -> Vec<Vec<f64>> {
     text.lines().map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect()
 }

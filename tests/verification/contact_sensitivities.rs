@@ -5,7 +5,7 @@
 //! Here both runs of a difference make the same steps and the same decisions of the contact as the run whose
 //! derivatives are judged; what is left depends smoothly on the parameters, and differences can be small.
 
-use crate::sensitivities::value;
+use crate::verification::sensitivities::value;
 use poropunch::contact::surface::{Contact, Decision, Status, Touch};
 use poropunch::law::{MaterialParameter, Spring};
 use poropunch::motion::path::Path;
@@ -100,7 +100,7 @@ struct Case {
 
 impl Case {
     fn parameters(&self) -> Parameters {
-        let mut p = crate::effects::parameters(&self.settings);
+        let mut p = crate::verification::effects::parameters(&self.settings);
         p.mesh.preset = self.preset;
         p.solver.newton_tolerance = 1e-12;
         p
@@ -248,7 +248,7 @@ fn whole_tests() {
 /// every output. Set-up: six cycles of P2 by forty outputs a leg. Tolerance: none, bit for bit.
 #[test]
 fn reading_and_force_have_the_same_derivatives() {
-    let mut p = crate::effects::parameters(&[]);
+    let mut p = crate::verification::effects::parameters(&[]);
     p.solver.sensitivities = true;
     let protocol = Trapezoid { cycles: 6, ..Trapezoid::p2() }.protocol().unwrap();
     let mut instance = Instance::new(&Model::new(p).unwrap(), protocol.points()[0].1).unwrap();

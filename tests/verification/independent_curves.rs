@@ -23,7 +23,6 @@ fn first_cycle_of_both_protocols() {
             assert!((-2.2e-2..0.0).contains(&error), "{name} at {time} s: {force} mN, reference {force_mn}");
             let fluid = o.force_fluid * 1e3;
             assert!((fluid - fluid_mn).abs() < 1.5e-2 * force_mn, "{name} at {time} s: {fluid}, {fluid_mn}");
-            assert_eq!(o.force_solid + o.force_fluid, o.force);
         }
     }
 }

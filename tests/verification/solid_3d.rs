@@ -135,7 +135,7 @@ fn force_with_hanging_nodes_is_that_of_a_fine_grid() {
 /// 1 mm and 10 s of hold. Reference: the axisymmetric model on a rectangular grid with the quarter's edge cells of
 /// 0.125 mm. Tolerance: 0.5 %, 1 % in the fluid part.
 #[test]
-#[ignore = "ten minutes, 2 GB"]
+#[ignore = "long: ten minutes, 2 GB"]
 fn paper_mesh_agrees_with_the_axisymmetric_model() {
     let mut parameters = Parameters::default();
     let lines = |pieces: &[(f64, usize)]| {

@@ -8,6 +8,7 @@ use poropunch::specimen::{Discretisation, Sample, Stepper};
 use poropunch::{Instance, Model, Parameters, StepError};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use tests::analytical::consolidation::Ramp;
 use tests::poroelastic;
 
 /// Goal: the shear layer leads from the bonded to the frictionless punch. Set-up: P2, compliances from 1e-12 to
@@ -122,16 +123,13 @@ fn column(drained_bottom: bool, drained_punch: bool, velocity: f64, end: f64) ->
     state.outputs.force
 }
 
-/// Closed form of the same, drained over the length `path` (see `consolidation.rs`).
+/// Closed form of the same, drained over the length `path`.
 fn series(path: f64, velocity: f64, end: f64) -> f64 {
     let modulus = BULK + 4.0 * SHEAR / 3.0;
-    let sum: f64 = (1..2000)
-        .map(|n| {
-            let tau = path * path / (f64::from(n * n) * PI * PI * MOBILITY * modulus);
-            2.0 * tau * (1.0 - (-end / tau).exp())
-        })
-        .sum();
-    PI * RADIUS * RADIUS * modulus * velocity / HEIGHT * (end + sum)
+    // Each of `HEIGHT / path` columns takes its part of the velocity.
+    let ramp =
+        Ramp { modulus, consolidation: MOBILITY * modulus, height: path, velocity: velocity * path / HEIGHT };
+    PI * RADIUS * RADIUS * ramp.stress(end)
 }
 
 /// Goal: drainage through the punch and through the bottom. Set-up: a confined column, T = 0.1. Reference:

@@ -132,6 +132,7 @@ fn null_is_the_limit_of_small_effects() {
 /// Goal: every effect does something at its plausible scale, and less at half of it. Set-up: P2's first cycle;
 /// effects of seepage on a skeleton that seeps. Tolerance: at least 1e-3 mN somewhere.
 #[test]
+#[ignore = "long: three cycles for each effect"]
 fn plausible_scales_matter() {
     for (name, variant) in variants() {
         let mut plain = if needs_seepage(&name) { SEEPING.to_vec() } else { Vec::new() };

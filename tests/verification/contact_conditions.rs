@@ -1,0 +1,111 @@
+//! Contact conditions, node by node.
+//!
+//! Goal: after every stage each node of the face, mid-side nodes included, has a gap or a pressure, never both and none of them negative: what touches lies on
+//! the face and is not pulled, what is open lies below it and carries nothing. Open mid-side nodes beside a closed corner break the first of these. Mesh: `coarse`. Boundary conditions: Table 1's sample under a flat, a bonded flat and
+//! a spherical punch. Parameters: P2's ramp, ten seconds of hold and the retraction, backward Euler steps of at most 10 um, 2.5 um on the way back (one stage each, so its nodal forces can be
+//! assembled anew from the states before and after it). Reference: the conditions themselves. Tolerance: gap 1e-6 of the punch's radius (see [`MIDDLE_M`]), force 1e-4 mN; a mid-side
+//! node's own consistent force may have any sign, so its pressure is judged with its corners' by the bilinear functions.
+
+use poropunch::contact::surface::Status;
+use poropunch::element::Stage;
+use poropunch::law::PointMaterial;
+use poropunch::parameters::{IndenterProfile, MeshPreset, TimeScheme};
+use poropunch::specimen::{Discretisation, Motion, Patience, Sample, Stepper};
+use poropunch::{Parameters, Statistics};
+use tests::DEPTH;
+
+const SPHERE: f64 = 8e-3;
+const SLACK_M: f64 = 2e-9;
+const SLACK_N: f64 = 1e-7;
+/// A mid-side node between an open and a closed corner is open, whatever the surface does between them: it passes through the face by up to 0.7 um.
+const MIDDLE_M: f64 = 1e-6;
+
+/// What the conditions are violated by at most: a closed node's distance from the face, an open one's reach into it (m), a pull on a closed corner and
+/// any force on an open node (N), an open mid-side node's reach into the face (m); and the number of states in which the face was partly open.
+fn violations(profile: IndenterProfile, bonded: bool) -> ([f64; 5], usize) {
+    let mut parameters = Parameters::default();
+    parameters.mesh.preset = MeshPreset::Coarse;
+    parameters.solver.time_scheme = TimeScheme::BackwardEuler;
+    parameters.boundary.bonded_punch = bonded;
+    parameters.indenter.profile = profile;
+    if profile == IndenterProfile::Sphere {
+        parameters.indenter.sphere_radius = SPHERE;
+    }
+    let sample =
+        Sample::shared_under(&parameters.indenter, &parameters.geometry, &parameters.mesh).expect("a mesh");
+    let material = PointMaterial::new(&parameters.material);
+    let mut nodes: Vec<(f64, usize)> = sample
+        .mesh
+        .punch()
+        .map(|n| (sample.mesh.nodes[n as usize][0], sample.mesh.displacement(n)))
+        .collect();
+    nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let height = |radius: f64| match profile {
+        IndenterProfile::Sphere => SPHERE - (SPHERE * SPHERE - radius * radius).sqrt(),
+        _ => 0.0,
+    };
+    let mut stepper = Stepper::new(&parameters.setup(), sample.clone());
+    let mut state = stepper.undeformed(0.0);
+    let (mut worst, mut partly, mut at) = ([0.0_f64; 5], 0, 0.0);
+    let mut residual = vec![0.0; sample.mesh.unknowns()];
+    let mut values = vec![0.0; sample.map.pattern.rows.len()];
+    for (to, velocity, longest) in [(DEPTH, 1.6e-3, 1e-5 / 1.6e-3), (DEPTH, 0.0, 2.0), (0.0, -1e-3, 2.5e-3)] {
+        let mut left: f64 = if velocity == 0.0 { 10.0 } else { (to - at) / velocity };
+        while left > 1e-9 {
+            let mut dt = left.min(longest);
+            let next = loop {
+                let motion = Motion { start: at, velocity };
+                match stepper.step(&state, motion, dt, Patience::Little, &mut Statistics::default()) {
+                    Ok(next) => break next.state,
+                    Err(reason) => assert!(dt > 1e-7, "{at} m: {reason}"),
+                }
+                dt *= 0.5;
+            };
+            at += velocity * dt;
+            left -= dt;
+            // A stage ends with the set of nodes for the next one: only where that is the same is it the one it was solved with.
+            let settled = (0..nodes.len()).all(|k| next.contact.is_closed(k) == state.contact.is_closed(k));
+            let stage = Stage { x: &next.x, old: &state.history, dt };
+            sample.body(&material).assemble(&stage, &mut residual, &mut values).expect("a state");
+            state = next;
+            if !settled {
+                continue;
+            }
+            let corners = state.contact.corners();
+            let closed = |k: usize| corners[k] != Status::Open;
+            partly += usize::from((0..corners.len()).any(closed) && !(0..corners.len()).all(closed));
+            for (k, &(radius, first)) in nodes.iter().enumerate() {
+                let gap = -at + height(radius + state.x[first]) - state.x[first + 1];
+                if state.contact.is_closed(k) {
+                    worst[0] = worst[0].max(gap.abs());
+                } else {
+                    worst[1 + 3 * (k % 2)] = worst[1 + 3 * (k % 2)].max(-gap);
+                    worst[3] = worst[3].max(residual[first + 1].abs());
+                }
+            }
+            for k in (0..corners.len()).filter(|&k| closed(k)) {
+                let own = residual[nodes[2 * k].1 + 1];
+                let beside = [(2 * k).checked_sub(1), Some(2 * k + 1)];
+                let shares =
+                    beside.into_iter().flatten().filter(|&m| m < nodes.len() && state.contact.is_closed(m));
+                let pull = own + shares.map(|m| 0.5 * residual[nodes[m].1 + 1]).sum::<f64>();
+                worst[2] = worst[2].max(pull);
+            }
+        }
+    }
+    (worst, partly)
+}
+
+#[test]
+fn a_node_has_a_gap_or_a_pressure() {
+    for (profile, bonded) in
+        [(IndenterProfile::Flat, false), (IndenterProfile::Flat, true), (IndenterProfile::Sphere, false)]
+    {
+        let (worst, partly) = violations(profile, bonded);
+        println!("{profile:?}, bonded {bonded}: {worst:?}, {partly} states partly open");
+        assert!(partly > 0, "{profile:?}, {bonded}: the face was never partly open");
+        assert!(worst[0] < SLACK_M && worst[1] < SLACK_M, "{profile:?}, {bonded}: {worst:?} m");
+        assert!(worst[2] < SLACK_N && worst[3] < SLACK_N, "{profile:?}, {bonded}: {worst:?} N");
+        assert!(worst[4] < MIDDLE_M, "{profile:?}, {bonded}: {worst:?} m");
+    }
+}
