@@ -156,7 +156,7 @@ impl Case {
         let steps = self.record();
         for &parameter in parameters {
             // What hardly matters has to move farther to stand out from rounding.
-            let relative = if parameter == MaterialParameter::SolidFraction { 2e-2 } else { 3e-4 };
+            let relative = if parameter == MaterialParameter::SolidFraction { 5e-2 } else { 3e-4 };
             let start = *value(&mut self.parameters().material, parameter);
             let at = |part: f64| {
                 self.replay(&steps, &|p| *value(&mut p.material, parameter) = start * (1.0 + part))
@@ -199,7 +199,7 @@ fn case(trapezoid: Trapezoid, cycles: i32, preset: MeshPreset, settings: &[(&'st
 /// Goal: dF/dtheta and dF_fluid/dtheta of all twelve parameters are exact at the end of every step of two cycles of
 /// P2: ramp, hold, peeling, separation, second touch. Set-up: coarse mesh, the default step control, Newton to
 /// 1e-12. Reference: central differences of replays, 3e-4 of the parameter to either side (n0S, which hardly
-/// matters: 2 %). Tolerance: 1e-4 of each derivative's largest value.
+/// matters: 5 %). Tolerance: 1e-4 of each derivative's largest value.
 #[test]
 fn two_cycles() {
     let steps = case(Trapezoid::p2(), 2, MeshPreset::Coarse, &[]).check(1e-4);
