@@ -4,7 +4,7 @@ use poropunch::Parameters;
 use poropunch::element::{Stage, undeformed};
 use poropunch::law::PointMaterial;
 use poropunch::law::point::DeformationGradient;
-use poropunch::specimen::trend::Trend;
+use poropunch::specimen::extrapolation::Extrapolation;
 use poropunch::specimen::{Discretisation, Sample, Stepper};
 
 /// Patch test.
@@ -67,7 +67,7 @@ fn newton_converges_quadratically() {
     let mut stepper = Stepper::new(&parameters.setup(), sample);
     let mut state = stepper.undeformed(0.0);
     for _ in 0..4 {
-        state.trend = Trend::at_rest(state.x.len());
+        state.trend = Extrapolation::at_rest(state.x.len());
         state = tests::step(&mut stepper, &state, (1.6e-3 * state.time, 1.6e-3), 0.03);
     }
     let norms = stepper.residual_norms();

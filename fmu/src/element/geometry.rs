@@ -1,7 +1,7 @@
 //! Reference geometry at a point of an element, computed once per mesh.
 
 use super::shape::{GAUSS_POINTS, POINTS, Shape, VOLUMETRIC_POINTS};
-use crate::mesh::{CORNERS, Element, Face, Mesh, NODES};
+use crate::mesh::{CORNERS, Element, ElementFace, Mesh, NODES};
 use crate::number::{PACKET, Packet, closure, each_of};
 use std::f64::consts::TAU;
 
@@ -151,7 +151,7 @@ impl Geometry {
     }
 }
 
-fn face_points(mesh: &Mesh, face: &Face) -> [FacePoint; 3] {
+fn face_points(mesh: &Mesh, face: &ElementFace) -> [FacePoint; 3] {
     super::shape::RULE.map(|(s, weight)| {
         let xi = std::array::from_fn(|d| 0.5 * ((1.0 - s) * face.start[d] + (1.0 + s) * face.end[d]));
         let (mut geometry, jacobian) = PointGeometry::at(&mesh.elements[face.element], &Shape::at(xi, 1.0));

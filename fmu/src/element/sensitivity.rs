@@ -5,7 +5,7 @@ use super::assembly::{Inadmissible, Stage};
 use super::group::{ElementLoop, Group};
 use super::kernel::Point;
 use super::shape::POINTS;
-use crate::law::sensitivity::{SpatialGradient, Step};
+use crate::law::sensitivity::{SpatialGradient, ConvergedStep};
 use crate::law::{MaterialParameter, PointMaterial, Voigt};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
 use crate::number::{Lanes, PACKET, Packet, Real, closure, each};
@@ -137,7 +137,7 @@ impl ElementLoop for ResidualSensitivity<'_> {
             let point = Point::at(&place, &x_e)?;
             let at = (group.packet() * POINTS + k) * count;
             let step =
-                Step { f: &point.f, history: &history.cv_inverse[k * branches..(k + 1) * branches], dt: *dt };
+                ConvergedStep { f: &point.f, history: &history.cv_inverse[k * branches..(k + 1) * branches], dt: *dt };
             let changes = closure!(|parameter: usize, branch: usize| {
                 group.load_tensor(&old.cv_inverse[(at + parameter) * branches + branch])
             });
@@ -221,7 +221,7 @@ impl ElementLoop for UpdateSensitivity<'_> {
                 *l = spatial_gradient(&point, change);
             }
             let step =
-                Step { f: &point.f, history: &history.cv_inverse[k * branches..(k + 1) * branches], dt };
+                ConvergedStep { f: &point.f, history: &history.cv_inverse[k * branches..(k + 1) * branches], dt };
             let changes = closure!(|parameter: usize, branch: usize| {
                 group.load_tensor(&old.cv_inverse[(at + parameter) * branches + branch])
             });

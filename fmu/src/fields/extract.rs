@@ -1,6 +1,6 @@
 //! The fields of a state of the axisymmetric sample.
 
-use super::quantity::{Local, Place, QUANTITIES};
+use super::quantity::{Local, Support, QUANTITIES};
 use super::smooth::{Smoothing, place};
 use super::{Field, Fields, FieldsError};
 use crate::element::assembly::AssemblyMap;
@@ -16,7 +16,7 @@ const VTK_ORDER: [usize; NODES] = [0, 2, 8, 6, 1, 5, 7, 3, 4];
 
 /// The sample and its state, at rest in time: nothing flows any further.
 #[derive(Debug, Clone, Copy)]
-pub struct Matter<'a> {
+pub struct FieldSource<'a> {
     /// Nodes and elements.
     pub mesh: &'a Mesh,
     /// Quadrature points.
@@ -60,17 +60,17 @@ struct Gathered {
 ///
 /// # Errors
 /// When an element cannot be evaluated.
-pub fn extract(matter: &Matter<'_>) -> Result<Fields, FieldsError> {
-    let Matter { mesh, geometry, map, x, .. } = *matter;
+pub fn extract(source: &FieldSource<'_>) -> Result<Fields, FieldsError> {
+    let FieldSource { mesh, geometry, map, x, .. } = *source;
     let smoothing = Smoothing::new();
     let corner_weights: [[f64; CORNERS]; NODES] = std::array::from_fn(|k| Shape::at(place(k), 0.0).p);
     let mut nodes = vec![Gathered::default(); mesh.nodes.len()];
     let mut means = Vec::with_capacity(mesh.elements.len());
     for (index, (element, places)) in mesh.elements.iter().zip(&geometry.elements).enumerate() {
         let x_e = map.gather(index, x);
-        let state = element_history(matter.history, index, matter.material.branches());
+        let state = element_history(source.history, index, source.material.branches());
         let values =
-            evaluate(matter.material, places, &x_e, state).ok_or(FieldsError::Inadmissible(index))?;
+            evaluate(source.material, places, &x_e, state).ok_or(FieldsError::Inadmissible(index))?;
         for (k, &node) in element.nodes.iter().enumerate() {
             let node = &mut nodes[node as usize];
             add(&mut node.gauss, &smoothing.gauss[k], &values.gauss);
@@ -78,10 +78,10 @@ pub fn extract(matter: &Matter<'_>) -> Result<Fields, FieldsError> {
             node.pressure += corner_weights[k].iter().zip(&x_e[2 * NODES..]).map(|(w, p)| w * p).sum::<f64>();
             node.count += 1.0;
         }
-        means.push(mean(matter.material, places, &values));
+        means.push(mean(source.material, places, &values));
     }
     let mut touched = vec![false; mesh.nodes.len()];
-    matter.touched.iter().for_each(|&node| touched[node as usize] = true);
+    source.touched.iter().for_each(|&node| touched[node as usize] = true);
     let at_node = |(index, node): (usize, &Gathered)| {
         let unknown = mesh.displacement(index as u32);
         let average = |sum: f64| sum / node.count;
@@ -89,7 +89,7 @@ pub fn extract(matter: &Matter<'_>) -> Result<Fields, FieldsError> {
             displacement: [x[unknown], x[unknown + 1]],
             contact: touched[index],
             ..local(
-                matter.material,
+                source.material,
                 &node.gauss.map(average),
                 &node.volumetric.map(average),
                 average(node.pressure),
@@ -100,8 +100,8 @@ pub fn extract(matter: &Matter<'_>) -> Result<Fields, FieldsError> {
     Ok(Fields {
         points: mesh.nodes.iter().map(|&[r, z]| [r, 0.0, z]).collect(),
         cells: mesh.elements.iter().map(|e| VTK_ORDER.map(|k| e.nodes[k])).collect(),
-        point_data: fields(&nodes, Place::Cells),
-        cell_data: fields(&means, Place::Points),
+        point_data: fields(&nodes, Support::Cells),
+        cell_data: fields(&means, Support::Points),
     })
 }
 
@@ -179,7 +179,7 @@ fn local(
     }
 }
 
-fn fields(locals: &[Local], absent: Place) -> Vec<Field> {
+fn fields(locals: &[Local], absent: Support) -> Vec<Field> {
     let one = |quantity: &'static super::Quantity| {
         let row = |local| (quantity.of)(local).into_iter().take(quantity.components.len());
         Field { quantity, values: locals.iter().flat_map(row).collect() }

@@ -13,8 +13,8 @@ mod specimen;
 mod tests;
 
 pub use error::FieldsError;
-pub use extract::{Matter, extract};
-pub use quantity::{Place, QUANTITIES, Quantity, markdown};
+pub use extract::{FieldSource, extract};
+pub use quantity::{Support, QUANTITIES, Quantity, markdown};
 
 use crate::mesh::NODES;
 

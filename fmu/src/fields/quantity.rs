@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 /// Where a quantity is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum Support {
     /// At the points only.
     Points,
     /// In the cells only.
@@ -25,7 +25,7 @@ pub struct Quantity {
     /// What it is, for a person.
     pub description: &'static str,
     /// Where it is given.
-    pub place: Place,
+    pub place: Support,
     pub(super) of: fn(&Local) -> [f64; 4],
 }
 
@@ -89,7 +89,7 @@ const fn quantity(
     name: &'static str,
     unit: &'static str,
     components: &'static [&'static str],
-    place: Place,
+    place: Support,
     description: &'static str,
     of: fn(&Local) -> [f64; 4],
 ) -> Quantity {
@@ -98,24 +98,24 @@ const fn quantity(
 
 /// All of them.
 pub static QUANTITIES: [Quantity; 13] = [
-    quantity("displacement_m", "m", VECTOR, Place::Points, "Displacement of the solid", |l| {
+    quantity("displacement_m", "m", VECTOR, Support::Points, "Displacement of the solid", |l| {
         vector(l.displacement)
     }),
-    quantity("pore_pressure_Pa", "Pa", SCALAR, Place::Both, "Pore pressure p", |l| scalar(l.pressure)),
-    quantity("jacobian", "1", SCALAR, Place::Both, "J = det F, present over undeformed volume", |l| {
+    quantity("pore_pressure_Pa", "Pa", SCALAR, Support::Both, "Pore pressure p", |l| scalar(l.pressure)),
+    quantity("jacobian", "1", SCALAR, Support::Both, "J = det F, present over undeformed volume", |l| {
         scalar(l.jacobian)
     }),
-    quantity("solid_fraction", "1", SCALAR, Place::Both, "Solid volume fraction n0S / J", |l| {
+    quantity("solid_fraction", "1", SCALAR, Support::Both, "Solid volume fraction n0S / J", |l| {
         scalar(l.solid_fraction())
     }),
-    quantity("porosity", "1", SCALAR, Place::Both, "Fluid volume fraction 1 - n0S / J", |l| {
+    quantity("porosity", "1", SCALAR, Support::Both, "Fluid volume fraction 1 - n0S / J", |l| {
         scalar(1.0 - l.solid_fraction())
     }),
     quantity(
         "vertical_stretch",
         "1",
         SCALAR,
-        Place::Both,
+        Support::Both,
         "Stretch of a line that was vertical: the length of F e_z (Fig. 1C), below 1 where it is shortened",
         |l| scalar(l.stretch),
     ),
@@ -123,7 +123,7 @@ pub static QUANTITIES: [Quantity; 13] = [
         "stress_total_Pa",
         "Pa",
         STRESS,
-        Place::Both,
+        Support::Both,
         "Total Cauchy stress: effective less pore pressure (Eq. 7)",
         Local::total,
     ),
@@ -131,7 +131,7 @@ pub static QUANTITIES: [Quantity; 13] = [
         "stress_effective_Pa",
         "Pa",
         STRESS,
-        Place::Both,
+        Support::Both,
         "Cauchy stress of the skeleton: equilibrium, branches and volumetric part (Eqs. 8-10)",
         |l| l.effective,
     ),
@@ -139,7 +139,7 @@ pub static QUANTITIES: [Quantity; 13] = [
         "seepage_velocity_m_per_s",
         "m/s",
         VECTOR,
-        Place::Both,
+        Support::Both,
         "Velocity of the fluid relative to the solid times porosity, in the deformed sample (Eq. 11)",
         |l| vector(l.seepage),
     ),
@@ -147,7 +147,7 @@ pub static QUANTITIES: [Quantity; 13] = [
         "viscous_dissipation_W_per_m3",
         "W/m3",
         SCALAR,
-        Place::Both,
+        Support::Both,
         "Viscous dissipation rate per undeformed volume (Eq. 13)",
         |l| scalar(l.viscous),
     ),
@@ -155,7 +155,7 @@ pub static QUANTITIES: [Quantity; 13] = [
         "porous_dissipation_W_per_m3",
         "W/m3",
         SCALAR,
-        Place::Both,
+        Support::Both,
         "Porous dissipation rate per undeformed volume (Eq. 14)",
         |l| scalar(l.porous),
     ),
@@ -163,7 +163,7 @@ pub static QUANTITIES: [Quantity; 13] = [
         "contact",
         "1",
         SCALAR,
-        Place::Points,
+        Support::Points,
         "1 where the punch touches the surface, 0 elsewhere",
         |l| scalar(if l.contact { 1.0 } else { 0.0 }),
     ),
@@ -171,7 +171,7 @@ pub static QUANTITIES: [Quantity; 13] = [
         "undeformed_volume_m3",
         "m3",
         SCALAR,
-        Place::Cells,
+        Support::Cells,
         "Undeformed volume of the whole ring: a mean times this is the integral over the ring",
         |l| scalar(l.volume),
     ),
@@ -188,9 +188,9 @@ pub fn markdown() -> String {
     for q in &QUANTITIES {
         let components = if q.components.len() == 1 { String::new() } else { q.components.join(", ") };
         let place = match q.place {
-            Place::Points => "points",
-            Place::Cells => "cells",
-            Place::Both => "points, cells",
+            Support::Points => "points",
+            Support::Cells => "cells",
+            Support::Both => "points, cells",
         };
         // Writing to a String cannot fail.
         let _ = writeln!(text, "| `{}` | {components} | {} | {place} | {} |", q.name, q.unit, q.description);

@@ -1,6 +1,6 @@
 //! The fields of a state: what the stepper knows, handed over at one time.
 
-use super::{Fields, FieldsError, Matter, extract};
+use super::{Fields, FieldsError, FieldSource, extract};
 use crate::specimen::{State, Stepper};
 
 impl Stepper {
@@ -15,7 +15,7 @@ impl Stepper {
         let is_touched = |place: usize| touching && state.contact.is_closed(place);
         let touched: Vec<u32> =
             places.filter(|(_, (place, _))| is_touched(*place)).map(|(node, _)| node).collect();
-        extract(&Matter {
+        extract(&FieldSource {
             mesh,
             geometry: &sample.geometry,
             map: &sample.map,

@@ -27,7 +27,7 @@ fn block(
         }
     }
     let touched: Vec<u32> = mesh.punch().collect();
-    extract(&Matter {
+    extract(&FieldSource {
         geometry: &Geometry::new(&mesh),
         map: &AssemblyMap::new(&mesh),
         material: &PointMaterial::new(material),

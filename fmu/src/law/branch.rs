@@ -66,8 +66,8 @@ impl Branch {
 
     /// Eyring flow over `dt`, where the dashpot is not linear.
     #[inline(always)]
-    fn eyring(&self, dt: f64) -> Option<eyring::Flow> {
-        (self.eyring != 0.0).then(|| eyring::Flow { k: self.fluidity(dt), c: self.eyring })
+    fn eyring(&self, dt: f64) -> Option<eyring::EyringFlow> {
+        (self.eyring != 0.0).then(|| eyring::EyringFlow { k: self.fluidity(dt), c: self.eyring })
     }
 
     /// `dt / (2 eta)` (1/Pa).
@@ -151,7 +151,7 @@ impl Branch {
     }
 
     #[inline(always)]
-    fn eyring_tangent<T: Real>(&self, q: &[T; 3], flow: &eyring::Flow) -> [[T; 3]; 3] {
+    fn eyring_tangent<T: Real>(&self, q: &[T; 3], flow: &eyring::EyringFlow) -> [[T; 3]; 3] {
         let tangent = self.spring.tangent(q);
         let slope = flow.linearise(&self.spring, q).slope;
         let mut t = eyring::product(&tangent, &slope);

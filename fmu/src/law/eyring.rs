@@ -22,7 +22,7 @@ const START_ITERATIONS: usize = 2;
 
 /// The flow rule of one branch over one step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Flow {
+pub(crate) struct EyringFlow {
     /// `dt / (2 eta)` (1/Pa).
     pub k: f64,
     /// `1 / (sqrt 2 tau_0)` (1/Pa).
@@ -42,7 +42,7 @@ pub(crate) struct Linearised<T = f64> {
 
 /// A strain on the way to the solution.
 #[derive(Clone, Copy)]
-struct Iterate<T> {
+struct EyringIterate<T> {
     strain: [T; 3],
     powers: [T; 3],
     /// Strain that flows, `v`.
@@ -56,7 +56,7 @@ struct Iterate<T> {
     square: T,
 }
 
-impl Flow {
+impl EyringFlow {
     /// Relaxes the deviatoric trial strain, in all lanes together until the last has converged.
     ///
     /// # Errors
@@ -120,7 +120,7 @@ impl Flow {
     /// The solution of a linear spring, nearly: a part of the trial strain, `A s = asinh(B (1 - s))`. Newton's iteration
     /// from the linear dashpot's part comes down to it, since the difference of both sides is convex.
     #[inline(always)]
-    fn start<T: Real>(&self, spring: &Ogden, trial: &[T; 3]) -> Iterate<T> {
+    fn start<T: Real>(&self, spring: &Ogden, trial: &[T; 3]) -> EyringIterate<T> {
         let Self { k, c } = *self;
         let size = square(trial).sqrt();
         let (a, b) = (size * (c * spring.small_strain_stiffness()), size * (c / k));
@@ -135,7 +135,7 @@ impl Flow {
     }
 
     #[inline(always)]
-    fn at<T: Real>(&self, spring: &Ogden, trial: &[T; 3], strain: [T; 3]) -> Iterate<T> {
+    fn at<T: Real>(&self, spring: &Ogden, trial: &[T; 3], strain: [T; 3]) -> EyringIterate<T> {
         let powers = spring.powers(&strain);
         let beta = spring.stress(&powers);
         let flowing = difference(trial, &strain);
@@ -143,13 +143,13 @@ impl Flow {
         let ratio = ratio(argument);
         let residual = difference(&each(&beta, closure!(|b: T| b * self.k)), &scaled(&flowing, ratio));
         let square = square(&residual);
-        Iterate { strain, powers, flowing, argument, ratio, residual, square }
+        EyringIterate { strain, powers, flowing, argument, ratio, residual, square }
     }
 
     /// Newton's correction.
     #[inline(always)]
-    fn correction<T: Real>(&self, spring: &Ogden, now: &Iterate<T>) -> [T; 3] {
-        let Iterate { powers, flowing, argument: y, ratio, residual, .. } = now;
+    fn correction<T: Real>(&self, spring: &Ogden, now: &EyringIterate<T>) -> [T; 3] {
+        let EyringIterate { powers, flowing, argument: y, ratio, residual, .. } = now;
         let along = y.mul_add(*y, one(*y)).sqrt().recip();
         let bow = rank_one(*ratio, along, flowing);
         apply(&inverse(&self.system(spring, powers, &bow)), residual)
@@ -294,7 +294,7 @@ mod tests {
         for trial in TRIALS {
             for dt in [1e-6, 1e-2, 1.0, 1e4] {
                 for tau_0 in [1e-1, 1e2, 1e6] {
-                    let flow = Flow { k: dt / 101.2, c: std::f64::consts::FRAC_1_SQRT_2 / tau_0 };
+                    let flow = EyringFlow { k: dt / 101.2, c: std::f64::consts::FRAC_1_SQRT_2 / tau_0 };
                     let plain = flow.relax(&spring(), &trial);
                     for relaxed in plain.into_iter().chain(flow.relax_damped(&spring(), &trial)) {
                         let beta = spring().stress(&spring().powers(&relaxed.strain));
@@ -319,7 +319,7 @@ mod tests {
         for tau_0 in [10.0, 200.0, 1e4] {
             for dt in [1e-3, 0.1, 10.0] {
                 for size in [1e-6, 0.01, 0.1, 0.3, 0.6] {
-                    let flow = Flow { k: dt / 101.2, c: std::f64::consts::FRAC_1_SQRT_2 / tau_0 };
+                    let flow = EyringFlow { k: dt / 101.2, c: std::f64::consts::FRAC_1_SQRT_2 / tau_0 };
                     let trial = [size, -0.3 * size, -0.7 * size];
                     assert!(flow.relax(&spring(), &trial).is_some(), "{tau_0} {dt} {size}");
                 }
@@ -344,7 +344,7 @@ mod tests {
 
     #[test]
     fn linearisation_matches_finite_differences() {
-        let (flow, trial, h) = (Flow { k: 5e-5, c: 7e-3 }, [0.2, -0.15, -0.05], 1e-6);
+        let (flow, trial, h) = (EyringFlow { k: 5e-5, c: 7e-3 }, [0.2, -0.15, -0.05], 1e-6);
         let exact = flow.linearise(&spring(), &flow.relax(&spring(), &trial).unwrap().powers);
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             let at = |s: f64| {
@@ -360,7 +360,7 @@ mod tests {
                 approx::assert_relative_eq!(analytic, slope, max_relative = 1e-6, epsilon = 1e-8);
             }
         }
-        let at = |s: f64| Flow { k: flow.k * (1.0 + s), ..flow }.relax(&spring(), &trial).unwrap().strain;
+        let at = |s: f64| EyringFlow { k: flow.k * (1.0 + s), ..flow }.relax(&spring(), &trial).unwrap().strain;
         let (up, down) = (at(1e-5), at(-1e-5));
         for a in 0..3 {
             let slope = (up[a] - down[a]) / (2e-5 * flow.k);

@@ -62,7 +62,7 @@ impl<T: Real> SpatialGradient<T> {
 }
 
 /// One branch at a converged point: what both derivatives need of its update.
-struct Flow<T> {
+struct ConvergedBranch<T> {
     frame: Spectral<T>,
     /// Deviatoric logarithmic trial strains.
     trial: [T; 3],
@@ -70,7 +70,7 @@ struct Flow<T> {
     sensitivity: BranchSensitivity<T>,
 }
 
-impl<T: Real> Flow<T> {
+impl<T: Real> ConvergedBranch<T> {
     #[inline(always)]
     fn of(branch: &Branch, f: &DeformationGradient<T>, cv_inverse: &Voigt<T>, dt: f64) -> Option<Self> {
         let frame = Spectral::of(&f.push(cv_inverse))?;
@@ -117,7 +117,7 @@ const fn first_of(branch: usize) -> usize {
 
 /// A converged step at one point.
 #[derive(Clone, Copy)]
-pub struct Step<'a, T = f64> {
+pub struct ConvergedStep<'a, T = f64> {
     /// Deformation at its end.
     pub f: &'a DeformationGradient<T>,
     /// `Cv^-1` of every branch at its start.
@@ -134,7 +134,7 @@ impl PointMaterial {
     #[inline(always)]
     pub fn stress_sensitivity<T: Real>(
         &self,
-        Step { f, history, dt }: Step<'_, T>,
+        ConvergedStep { f, history, dt }: ConvergedStep<'_, T>,
         changes: impl Fn(usize, usize) -> Voigt<T>,
         stress: &mut [Voigt<T>],
     ) -> Option<()> {
@@ -148,7 +148,7 @@ impl PointMaterial {
             stress[first + k] = frame.compose(explicit);
         }
         for (index, (branch, cv_inverse)) in self.branch_laws().iter().zip(history).enumerate() {
-            let Flow { frame, relaxed, sensitivity, .. } = Flow::of(branch, f, cv_inverse, dt)?;
+            let ConvergedBranch { frame, relaxed, sensitivity, .. } = ConvergedBranch::of(branch, f, cv_inverse, dt)?;
             let powers = &relaxed.powers;
             let (beta, tangent) = (branch.spring.stress(powers), branch.tangent(powers, dt));
             let by_history = Linear::new(
@@ -172,7 +172,7 @@ impl PointMaterial {
     #[inline(always)]
     pub fn history_sensitivity<T: Real>(
         &self,
-        Step { f, history, dt }: Step<'_, T>,
+        ConvergedStep { f, history, dt }: ConvergedStep<'_, T>,
         reach: f64,
         gradients: &[SpatialGradient<T>],
         changes: impl Fn(usize, usize) -> Voigt<T>,
@@ -181,7 +181,7 @@ impl PointMaterial {
         let (zero, one) = (f.hoop.constant(0.0), f.hoop.constant(1.0));
         let f_inverse = f.inverse();
         for (index, (branch, cv_inverse)) in self.branch_laws().iter().zip(history).enumerate() {
-            let Flow { frame, trial, relaxed, sensitivity } = Flow::of(branch, f, cv_inverse, dt)?;
+            let ConvergedBranch { frame, trial, relaxed, sensitivity } = ConvergedBranch::of(branch, f, cv_inverse, dt)?;
             // v_a = b_a exp(2 reach (eps_a - eps_trial_a)).
             let mut squares = frame.squares;
             let (mut slope, mut explicit) = ([[zero; 3]; 3], [[zero; 3]; 3]);
@@ -314,7 +314,7 @@ mod tests {
             gradients[parameter.index()] = l;
 
             let mut stress = vec![[0.0; 4]; count];
-            let step = Step { f: &F, history: &HISTORY, dt: DT };
+            let step = ConvergedStep { f: &F, history: &HISTORY, dt: DT };
             let change = |parameter: usize, branch: usize| changes[2 * parameter + branch];
             material.stress_sensitivity(step, change, &mut stress).unwrap();
             let at = |s: f64| {

@@ -27,8 +27,8 @@ pub struct Softening {
     pub delay: f64,
 }
 
-/// Past strain at the end of a stage.
-pub(crate) struct Past<T> {
+/// PastStrain strain at the end of a stage.
+pub(crate) struct PastStrain<T> {
     /// There.
     pub(crate) strain: T,
     /// Continued to where the next stage starts.
@@ -62,9 +62,9 @@ impl Softening {
         f: &DeformationGradient<T>,
         past: T,
         (dt, reach): (f64, f64),
-    ) -> Option<Past<T>> {
+    ) -> Option<PastStrain<T>> {
         let present = strain(f)?.0;
-        Some(Past {
+        Some(PastStrain {
             strain: moved(past, present, self.followed(dt)),
             continued: moved(past, present, self.continued(dt, reach)),
         })

@@ -41,7 +41,7 @@ pub struct Element {
 
 /// A side of an element on the punch's face: the local coordinates of its two ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Face {
+pub struct ElementFace {
     /// The element.
     pub element: usize,
     /// Reference coordinates of the end nearer to the axis.
@@ -197,7 +197,7 @@ impl Mesh {
     }
 
     /// Element sides under the punch.
-    pub fn punch_faces(&self) -> Vec<Face> {
+    pub fn punch_faces(&self) -> Vec<ElementFace> {
         const CORNER_COORDINATES: [[f64; 2]; CORNERS] = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]];
         let mut faces = Vec::new();
         for (element, e) in self.elements.iter().enumerate() {
@@ -206,7 +206,7 @@ impl Mesh {
                 let (x, y) = (e.corners[a], e.corners[b]);
                 let covered = y[0] <= self.punch_radius + self.margin();
                 if self.on_top(&x) && self.on_top(&y) && covered && y[0] - x[0] > self.margin() {
-                    faces.push(Face { element, start: CORNER_COORDINATES[a], end: CORNER_COORDINATES[b] });
+                    faces.push(ElementFace { element, start: CORNER_COORDINATES[a], end: CORNER_COORDINATES[b] });
                 }
             }
         }

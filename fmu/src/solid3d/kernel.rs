@@ -136,7 +136,7 @@ pub fn evaluate(
             total(elasticity.kirchhoff_stress, elasticity.tangent, point.pressure * point.jacobian);
         let growth = point.jacobian - old.jacobian[k];
         let (mobility, slope) = material.darcy.referential_mobility(point.jacobian);
-        let flow = Flow { growth, mobility: dt * mobility, slope: dt * slope * point.jacobian };
+        let flow = Seepage { growth, mobility: dt * mobility, slope: dt * slope * point.jacobian };
         arch.dispatch(Add {
             point: &point,
             shape,
@@ -181,7 +181,7 @@ fn isotropic(tau: f64, stiffness: f64) -> (Voigt, Voigt2) {
 
 /// Storage and seepage at a point.
 #[derive(Clone, Copy)]
-struct Flow {
+struct Seepage {
     /// Change of J over the step.
     growth: f64,
     /// `dt J k`.
@@ -197,7 +197,7 @@ struct Add<'a> {
     w: f64,
     tau: &'a Voigt,
     c: &'a Voigt2,
-    flow: Option<Flow>,
+    flow: Option<Seepage>,
     sums: &'a mut Sums,
 }
 
@@ -263,7 +263,7 @@ fn add_combination(sum: &mut Nodal, factors: [f64; 3], v: &NodalVector, first: u
 }
 
 #[inline(always)]
-fn mass(g: &NodalVector, point: &Point, shape: &Shape, w: f64, flow: Flow, sums: &mut Sums) {
+fn mass(g: &NodalVector, point: &Point, shape: &Shape, w: f64, flow: Seepage, sums: &mut Sums) {
     let wk = w * flow.mobility;
     let gp = point.grad_p;
     let gm: [[f64; 3]; CORNERS] = std::array::from_fn(|m| through(&shape.dp[m], &point.inverse));

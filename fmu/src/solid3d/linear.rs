@@ -25,7 +25,7 @@ pub fn analyse(mesh: &Mesh, map: &AssemblyMap) -> Result<Arc<Symbolic>, Structur
     let elements: Vec<Vec<u32>> = (0..map.cells()).map(|cell| map.unknowns(cell).to_vec()).collect();
     let centroids = (0..map.cells()).map(|cell| mesh.polar_centre(cell)).collect();
     let rank = mesh.pressure_mask().into_iter().map(u8::from).collect();
-    let structure = multifrontal::Structure { unknowns: mesh.unknowns(), elements, centroids, rank };
+    let structure = multifrontal::Connectivity { unknowns: mesh.unknowns(), elements, centroids, rank };
     Ok(Arc::new(Symbolic::analyse(&structure, map.pattern.view())?))
 }
 

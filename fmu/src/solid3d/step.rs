@@ -15,7 +15,7 @@ use crate::solver::linear::Singular;
 use crate::solver::newton::{self, Aim, NewtonFailure, System, Workspace};
 use crate::solver::parameters::TimeScheme;
 use crate::specimen::step::{Found, Start, Task};
-use crate::specimen::trend::Trend;
+use crate::specimen::extrapolation::Extrapolation;
 use crate::specimen::{Discretisation, State};
 use std::sync::Arc;
 
@@ -183,7 +183,7 @@ impl Discretisation for SolidStepper {
             time,
             touch: self.touch(&contact, &x),
             x,
-            trend: Trend::at_rest(unknowns),
+            trend: Extrapolation::at_rest(unknowns),
             history: undeformed(self.sample.mesh.cells.len(), self.material.branches()),
             contact,
             outputs: Outputs::default(),

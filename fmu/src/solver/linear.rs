@@ -38,7 +38,7 @@ impl Structure {
     /// When elements and pattern do not belong together.
     pub fn analyse(
         pattern: CscPattern,
-        structure: &multifrontal::Structure,
+        structure: &multifrontal::Connectivity,
     ) -> Result<Self, multifrontal::StructureError> {
         let multifrontal = Arc::new(Symbolic::analyse(structure, pattern.view())?);
         Ok(Self { pattern, multifrontal, fallback: OnceLock::new() })
@@ -50,7 +50,7 @@ impl Structure {
     }
 
     /// Sizes of the factorisation.
-    pub fn statistics(&self) -> multifrontal::Statistics {
+    pub fn statistics(&self) -> multifrontal::FactorSizes {
         self.multifrontal.statistics()
     }
 
@@ -263,7 +263,7 @@ mod tests {
     fn chain() -> (Arc<Structure>, CscPattern) {
         let elements: Vec<[u32; 2]> = (0..N - 1).map(|k| [k, k + 1]).collect();
         let pattern = CscPattern::from_elements(N as usize, &elements);
-        let structure = multifrontal::Structure {
+        let structure = multifrontal::Connectivity {
             unknowns: N as usize,
             elements: elements.iter().map(|e| e.to_vec()).collect(),
             centroids: (0..N - 1).map(|k| [f64::from(k), 0.0, 0.0]).collect(),

@@ -10,7 +10,7 @@ use crate::solver::parameters::TimeScheme;
 
 /// One implicit stage of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stage {
+pub struct SchemeStage {
     /// Its length as a fraction of the step: the diagonal coefficient.
     pub fraction: f64,
     /// Time of the stage within the step, as a fraction.
@@ -23,14 +23,14 @@ pub struct Stage {
 
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
-const BACKWARD_EULER: [Stage; 1] = [Stage { fraction: 1.0, time: 1.0, weight: 1.0, reach: 1.0 }];
-const SDIRK2: [Stage; 2] = [
-    Stage { fraction: GAMMA, time: GAMMA, weight: 1.0 - GAMMA, reach: (1.0 - GAMMA) / GAMMA },
-    Stage { fraction: GAMMA, time: 1.0, weight: GAMMA, reach: 1.0 },
+const BACKWARD_EULER: [SchemeStage; 1] = [SchemeStage { fraction: 1.0, time: 1.0, weight: 1.0, reach: 1.0 }];
+const SDIRK2: [SchemeStage; 2] = [
+    SchemeStage { fraction: GAMMA, time: GAMMA, weight: 1.0 - GAMMA, reach: (1.0 - GAMMA) / GAMMA },
+    SchemeStage { fraction: GAMMA, time: 1.0, weight: GAMMA, reach: 1.0 },
 ];
 
 /// The stages of a scheme.
-pub fn stages(scheme: TimeScheme) -> &'static [Stage] {
+pub fn stages(scheme: TimeScheme) -> &'static [SchemeStage] {
     match scheme {
         TimeScheme::BackwardEuler => &BACKWARD_EULER,
         TimeScheme::Sdirk2 => &SDIRK2,

@@ -13,7 +13,7 @@ pub mod state;
 pub mod step;
 pub mod stepper;
 mod system;
-pub mod trend;
+pub mod extrapolation;
 
 pub use derivatives::Sensitivity;
 pub use sample::Sample;

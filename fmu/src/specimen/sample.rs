@@ -78,7 +78,7 @@ impl Drop for Sample {
 }
 
 /// The mesh as the ordering sees it.
-pub fn connectivity(mesh: &Mesh) -> multifrontal::Structure {
+pub fn connectivity(mesh: &Mesh) -> multifrontal::Connectivity {
     let mut elements = Vec::with_capacity(mesh.elements.len());
     let mut centroids = Vec::with_capacity(mesh.elements.len());
     for element in &mesh.elements {
@@ -91,5 +91,5 @@ pub fn connectivity(mesh: &Mesh) -> multifrontal::Structure {
         centroids.push([mean(0), mean(1), 0.0]);
     }
     let rank = mesh.pressure_mask().into_iter().map(u8::from).collect();
-    multifrontal::Structure { unknowns: mesh.unknowns(), elements, centroids, rank }
+    multifrontal::Connectivity { unknowns: mesh.unknowns(), elements, centroids, rank }
 }

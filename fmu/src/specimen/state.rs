@@ -1,7 +1,7 @@
 //! The specimen at one time.
 
 use super::derivatives::Sensitivity;
-use super::trend::Trend;
+use super::extrapolation::Extrapolation;
 use crate::contact::surface::{Contact, Touch};
 use crate::element::History;
 use crate::outputs::Outputs;
@@ -15,7 +15,7 @@ pub struct State {
     /// Unknowns: displacements (m) and pressures (Pa).
     pub x: Vec<f64>,
     /// Their motion over the last stages.
-    pub trend: Trend,
+    pub trend: Extrapolation,
     /// History at the integration points.
     pub history: History,
     /// Which nodes are in contact with the punch from this time on.

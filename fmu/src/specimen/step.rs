@@ -2,7 +2,7 @@
 
 use super::derivatives::Sensitivity;
 use super::state::State;
-use super::trend::Trend;
+use super::extrapolation::Extrapolation;
 use crate::contact::surface::{Contact, Decision, Touch};
 use crate::element::History;
 use crate::element::field::Integrals;
@@ -50,7 +50,7 @@ pub struct Task<'a> {
     pub time: f64,
     /// Its length (s).
     pub length: f64,
-    /// How far the history is continued for the next stage, as [`crate::solver::scheme::Stage::reach`].
+    /// How far the history is continued for the next stage, as [`crate::solver::scheme::SchemeStage::reach`].
     pub reach: f64,
     /// Displacement of the punch (m).
     pub displacement: f64,
@@ -198,7 +198,7 @@ fn advance<D: Discretisation + ?Sized>(
             trend.note(start.x, &found.x, ahead);
         } else {
             // A velocity that jumps with the contact does not tell where the next stage ends.
-            trend = Trend::at_rest(found.x.len());
+            trend = Extrapolation::at_rest(found.x.len());
         }
         let Integrals { viscous_dissipation_rate, porous_dissipation_rate, .. } = found.integrals;
         outputs.viscous_dissipation_rate = viscous_dissipation_rate;

@@ -5,7 +5,7 @@ use super::sample::Sample;
 use super::setup::Setup;
 use super::state::State;
 use super::step::{Discretisation, Found, Start, Task};
-use super::trend::Trend;
+use super::extrapolation::Extrapolation;
 use crate::contact::parameters::BoundaryParameters;
 use crate::contact::{Conditions, Contact, Profile, Surface, Touch};
 use crate::element::undeformed;
@@ -130,7 +130,7 @@ impl Discretisation for Stepper {
             touch: self.surface.touch(&contact, &x),
             contact,
             x,
-            trend: Trend::at_rest(unknowns),
+            trend: Extrapolation::at_rest(unknowns),
             history: undeformed(elements, branches).remembering(softens),
             outputs: Outputs::default(),
             sensitivity: self

@@ -1,7 +1,7 @@
 //! Multifrontal LU for finite-element tangents: symmetric pattern, unsymmetric values.
 //!
 //! ```text
-//! Structure (elements)  --ordering-->  dissection tree  --symbolic-->  fronts, maps, workspace sizes
+//! Connectivity (elements)  --ordering-->  dissection tree  --symbolic-->  fronts, maps, workspace sizes
 //! CSC values            --numeric--->  factors of each front           --solve--->  unknowns
 //! ```
 //!
@@ -31,8 +31,8 @@ mod tests;
 
 pub use dense::Scalar;
 pub use numeric::Numeric;
-pub use ordering::Structure;
-pub use symbolic::{Statistics, Symbolic};
+pub use ordering::Connectivity;
+pub use symbolic::{FactorSizes, Symbolic};
 
 use thiserror::Error;
 

@@ -2,9 +2,9 @@
 
 use super::StructureError;
 
-/// Structure of a finite-element system: the element connectivity is the truth.
+/// Connectivity of a finite-element system: the element connectivity is the truth.
 #[derive(Debug, Clone, Default)]
-pub struct Structure {
+pub struct Connectivity {
     /// Number of unknowns.
     pub unknowns: usize,
     /// Unknowns of each element (indices below `unknowns`).
@@ -16,7 +16,7 @@ pub struct Structure {
     pub rank: Vec<u8>,
 }
 
-impl Structure {
+impl Connectivity {
     pub(super) fn validate(&self) -> Result<(), StructureError> {
         let inconsistent = |what| Err(StructureError::Inconsistent(what));
         if self.elements.len() != self.centroids.len() {
@@ -50,7 +50,7 @@ pub(super) struct Node {
 }
 
 /// The dissection tree, children before parents; unknowns of no element are roots of their own.
-pub(super) fn dissect(structure: &Structure) -> Vec<Node> {
+pub(super) fn dissect(structure: &Connectivity) -> Vec<Node> {
     let mut dissection = Dissection {
         structure,
         nodes: Vec::new(),
@@ -70,7 +70,7 @@ pub(super) fn dissect(structure: &Structure) -> Vec<Node> {
 }
 
 struct Dissection<'a> {
-    structure: &'a Structure,
+    structure: &'a Connectivity,
     nodes: Vec<Node>,
     /// Unknowns that a separator, or a finished leaf, already eliminates.
     taken: Vec<bool>,

@@ -1,7 +1,7 @@
 //! Everything about a factorisation that does not depend on the values; shared by all instances.
 
 use super::assembly::{Entry, Run, entry_target, runs};
-use super::ordering::{Node, Structure, dissect};
+use super::ordering::{Node, Connectivity, dissect};
 use super::{StructureError, dense};
 use faer::Index;
 use faer::sparse::SymbolicSparseColMatRef;
@@ -48,7 +48,7 @@ impl Front {
 
 /// Sizes of a factorisation: a loss of efficiency shows here without timing anything.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Statistics {
+pub struct FactorSizes {
     /// Number of fronts.
     pub fronts: usize,
     /// Order of the largest front.
@@ -83,7 +83,7 @@ impl Symbolic {
     /// # Errors
     /// When the structure is inconsistent, or the pattern has an entry outside the elements.
     pub fn analyse(
-        structure: &Structure,
+        structure: &Connectivity,
         pattern: SymbolicSparseColMatRef<'_, impl Index>,
     ) -> Result<Self, StructureError> {
         structure.validate()?;
@@ -98,9 +98,9 @@ impl Symbolic {
     }
 
     /// Sizes of the factorisation.
-    pub fn statistics(&self) -> Statistics {
+    pub fn statistics(&self) -> FactorSizes {
         let order = |f: &Front| f.own + f.border.len();
-        Statistics {
+        FactorSizes {
             fronts: self.fronts.len(),
             largest_front: self.fronts.iter().map(order).max().unwrap_or(0),
             factor_entries: self.factor_entries,

@@ -6,8 +6,8 @@ use faer::prelude::Solve;
 use faer::sparse::SparseColMat;
 use std::sync::Arc;
 
-fn structure(system: &System) -> Structure {
-    Structure {
+fn structure(system: &System) -> Connectivity {
+    Connectivity {
         unknowns: system.unknowns,
         elements: system.elements.clone(),
         centroids: system.centroids.clone(),
@@ -131,7 +131,7 @@ fn fronts_of_several_blocks_use_faer_and_agree() {
         })
         .collect();
     let matrix = SparseColMat::try_new_from_triplets(n, n, &triplets).unwrap();
-    let structure = Structure {
+    let structure = Connectivity {
         unknowns: n,
         elements: vec![(0..n as u32).collect()],
         centroids: vec![[0.0; 3]],

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// How the unknowns moved over the last two stages.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Trend {
+pub struct Extrapolation {
     /// Mean rate over the last stage (unit of the unknown per s).
     rate: Vec<f64>,
     /// Change of that rate since the stage before (per s^2).
@@ -13,7 +13,7 @@ pub struct Trend {
     interval: f64,
 }
 
-impl Trend {
+impl Extrapolation {
     /// Nothing has moved yet.
     pub fn at_rest(unknowns: usize) -> Self {
         Self { rate: vec![0.0; unknowns], acceleration: vec![0.0; unknowns], interval: 0.0 }
@@ -52,7 +52,7 @@ mod tests {
     #[test]
     fn parabolas_are_continued_exactly() {
         let parabola = |t: f64| [1.0 + 2.0 * t - 3.0 * t * t];
-        let mut trend = Trend::at_rest(1);
+        let mut trend = Extrapolation::at_rest(1);
         trend.note(&parabola(0.0), &parabola(0.3), 0.3);
         trend.note(&parabola(0.3), &parabola(1.0), 0.7);
         let mut x = parabola(1.0);
