@@ -245,14 +245,14 @@ fn residuals_are_below_the_tolerance_while_peeling() {
     assert!(opened && !state.contact.any());
 }
 
-/// Goal: six cycles cost at most eight times the first one. Set-up: iterations of P2 on the coarse mesh, with the
+/// Goal: six cycles cost six times the first one. Set-up: iterations of P2 on the coarse mesh, with the
 /// built-in trapezoids, with the displacements of the shipped test as they are, and with noise of 1 um rms on them.
-/// Tolerance: 8.
+/// Tolerance: a tenth around the 6.1 that is seen; 8 is the aim.
 #[test]
-fn six_cycles_cost_at_most_eight_times_the_first() {
+fn six_cycles_cost_six_times_the_first() {
     for (history, first, all) in costs(MeshPreset::Coarse) {
-        assert!(all <= 8 * first, "{history}: {all} iterations, {first} in the first cycle");
-        assert!(all > 4 * first, "{history}: {all} iterations, {first} in the first cycle");
+        let ratio = all as f64 / first as f64;
+        assert!((ratio - 6.1).abs() < 0.6, "{history}: {all} iterations, {first} in the first cycle");
     }
 }
 
