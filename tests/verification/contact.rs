@@ -214,6 +214,21 @@ fn the_first_cycle_is_that_of_prescribed_displacements() {
     }
 }
 
+/// Goal: what the contact does not have: partial slip. A face that is pressed down everywhere sticks everywhere, where Spence's
+/// would slip in a ring; friction acts beside parts that open. Set-up: P2's ramp. Tolerance: none, bit for bit.
+#[test]
+fn a_pressed_face_does_not_slip_whatever_the_friction() {
+    let force = |friction: f64| {
+        let mut parameters = coarse();
+        parameters.boundary.friction = friction;
+        let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
+        instance.set_displacement(DEPTH);
+        instance.advance(0.625).unwrap();
+        instance.outputs().force.to_bits()
+    };
+    assert_eq!(force(0.01), force(10.0));
+}
+
 /// Goal: no stage is accepted with forces out of balance. Set-up: P2's ramp, hold and unloading in steps of 10 um,
 /// through peeling, coarse mesh; steps are halved until they converge. Tolerance: `solver.newton_tolerance`, 1e-9 of
 /// the force scale of 13 mN.
