@@ -38,10 +38,11 @@ fn simulate_p2_by_name() {
     assert!((11.5..13.0).contains(&peak), "{peak}");
     let last = force.last().expect("a force");
     assert!((4.9..5.4).contains(last), "{last}");
-    let (solid, fluid) = (column(&csv, "force_solid_mN"), column(&csv, "force_fluid_mN"));
-    for ((f, s), p) in force.iter().zip(&solid).zip(&fluid) {
-        assert!((f - s - p).abs() < 1e-6);
-    }
+    // Independent solvers have 48 % of the peak in the fluid and nothing of it at the end (design, section 6).
+    let fluid = column(&csv, "force_fluid_mN");
+    let (at, _) = force.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("a peak");
+    assert!((fluid[at] / force[at] - 0.48).abs() < 0.02, "{} of {}", fluid[at], force[at]);
+    assert!(fluid.last().expect("a force").abs() < 0.01 * last, "{fluid:?}");
     let volume = column(&csv, "fluid_expelled_mm^3");
     assert!(volume.last().expect("a volume") > &0.0);
     // What simulate writes, identify and simulate can read.

@@ -213,6 +213,21 @@ fn the_first_cycle_is_that_of_prescribed_displacements() {
     }
 }
 
+/// Goal: what the contact does not have: partial slip. A face that is pressed down everywhere sticks everywhere, where Spence's
+/// would slip in a ring; friction acts beside parts that open. Set-up: P2's ramp. Tolerance: none, bit for bit.
+#[test]
+fn a_pressed_face_does_not_slip_whatever_the_friction() {
+    let force = |friction: f64| {
+        let mut parameters = coarse();
+        parameters.boundary.friction = friction;
+        let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
+        instance.set_displacement(DEPTH);
+        instance.advance(0.625).unwrap();
+        instance.outputs().force.to_bits()
+    };
+    assert_eq!(force(0.01), force(10.0));
+}
+
 /// Goal: no stage is accepted with forces out of balance. Set-up: P2's ramp, hold and unloading in steps of 10 um,
 /// through peeling, coarse mesh; steps are halved until they converge. Tolerance: `solver.newton_tolerance`, 1e-9 of
 /// the force scale of 13 mN.
@@ -245,14 +260,14 @@ fn residuals_are_below_the_tolerance_while_peeling() {
     assert!(opened && !state.contact.any());
 }
 
-/// Goal: six cycles cost at most eight times the first one. Set-up: iterations of P2 on the coarse mesh, with the
+/// Goal: six cycles cost six times the first one. Set-up: iterations of P2 on the coarse mesh, with the
 /// built-in trapezoids, with the displacements of the shipped test as they are, and with noise of 1 um rms on them.
-/// Tolerance: 8.
+/// Tolerance: a tenth around the 6.1 that is seen; 8 is the aim.
 #[test]
-fn six_cycles_cost_at_most_eight_times_the_first() {
+fn six_cycles_cost_six_times_the_first() {
     for (history, first, all) in costs(MeshPreset::Coarse) {
-        assert!(all <= 8 * first, "{history}: {all} iterations, {first} in the first cycle");
-        assert!(all > 4 * first, "{history}: {all} iterations, {first} in the first cycle");
+        let ratio = all as f64 / first as f64;
+        assert!((ratio - 6.1).abs() < 0.6, "{history}: {all} iterations, {first} in the first cycle");
     }
 }
 

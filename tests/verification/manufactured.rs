@@ -180,7 +180,7 @@ const UNDRAINED: (Case, [f64; 4]) = (Case { mobility: 1e-9, pressure: 1.0 }, [3.
 #[test]
 fn orders_of_convergence() {
     for (case, expected) in [DRAINING, UNDRAINED] {
-        check(case, expected, &[6, 12]);
+        check(case, expected, &[8, 16]);
     }
 }
 

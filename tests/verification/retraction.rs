@@ -28,25 +28,13 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / b[0]
 }
 
-/// Tolerance: 1 % of the peak between `coarse` and `standard`.
+/// Tolerance: `standard` is nearer to `fine` than `coarse` is by a factor of two, and within 0.2 % of the peak.
 #[test]
-fn coarse_retraction_is_near_the_standard_one() {
-    let [coarse, standard] = [MeshPreset::Coarse, MeshPreset::Standard].map(forces);
-    println!("{:.2e}", distance(&coarse, &standard));
-    assert!(distance(&coarse, &standard) < 1e-2, "{coarse:?} {standard:?}");
-    // The legs are no trivial ones: the punch peels while it is still pressed in.
-    assert!(standard[10] < 0.1 * standard[0] && standard[1] > 0.1 * standard[0], "{standard:?}");
-}
-
-/// Tolerance: `standard` is nearer to `fine` than `coarse` is, and within 0.5 % of the peak.
-#[test]
-#[ignore = "long: the fine mesh"]
 fn retraction_converges() {
     let [coarse, standard, fine] = [MeshPreset::Coarse, MeshPreset::Standard, MeshPreset::Fine].map(forces);
     let [far, near] = [&coarse, &standard].map(|curve| distance(curve, &fine));
     println!("coarse {far:.2e}, standard {near:.2e} of the peak");
-    for (k, ((a, b), c)) in coarse.iter().zip(&standard).zip(&fine).enumerate() {
-        println!("{k:2} {:.4} {:.4} {:.4} mN", 1e3 * a, 1e3 * b, 1e3 * c);
-    }
-    assert!(near < far && near < 5e-3, "{far} {near}");
+    assert!(2.0 * near < far && near < 2e-3, "{far} {near}");
+    // The leg is no trivial one: the punch peels while it is still pressed in.
+    assert!(fine[8] > 0.0 && fine[9] == 0.0 && fine[1] > 0.1 * fine[0], "{fine:?}");
 }
