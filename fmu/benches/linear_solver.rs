@@ -15,7 +15,7 @@ use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{SparseColMat, Triplet};
 use poropunch::parameters::{MeshParameters, MeshPreset};
-use poropunch::solver::multifrontal::{Numeric, Structure, Symbolic};
+use poropunch::solver::multifrontal::{Connectivity, Numeric, Symbolic};
 use poropunch::specimen::sample::{Sample, connectivity};
 use poropunch::specimen::{Discretisation, Motion, Patience, Stepper};
 use poropunch::{Parameters, Statistics};
@@ -121,13 +121,13 @@ fn own(growth: f64, divisions: u32, phase: Phase) -> System {
     });
     let entries: Vec<_> = entries.collect();
     let n = pattern.unknowns();
-    let Structure { unknowns, elements, centroids, rank } = connectivity(&sample.mesh);
+    let Connectivity { unknowns, elements, centroids, rank } = connectivity(&sample.mesh);
     let matrix = SparseColMat::try_new_from_triplets(n, n, &entries).expect("a matrix");
     System { unknowns, elements, centroids, rank, matrix }
 }
 
 fn measure(name: &str, system: &System, repetitions: usize) {
-    let structure = Structure {
+    let structure = Connectivity {
         unknowns: system.unknowns,
         elements: system.elements.clone(),
         centroids: system.centroids.clone(),

@@ -5,7 +5,7 @@ use super::assembly::{Inadmissible, Stage};
 use super::group::{ElementLoop, Group};
 use super::kernel::Point;
 use super::shape::POINTS;
-use crate::law::sensitivity::{SpatialGradient, ConvergedStep};
+use crate::law::sensitivity::{ConvergedStep, SpatialGradient};
 use crate::law::{MaterialParameter, PointMaterial, Voigt};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
 use crate::number::{Lanes, PACKET, Packet, Real, closure, each};
@@ -136,8 +136,11 @@ impl ElementLoop for ResidualSensitivity<'_> {
             let place = place.load(load);
             let point = Point::at(&place, &x_e)?;
             let at = (group.packet() * POINTS + k) * count;
-            let step =
-                ConvergedStep { f: &point.f, history: &history.cv_inverse[k * branches..(k + 1) * branches], dt: *dt };
+            let step = ConvergedStep {
+                f: &point.f,
+                history: &history.cv_inverse[k * branches..(k + 1) * branches],
+                dt: *dt,
+            };
             let changes = closure!(|parameter: usize, branch: usize| {
                 group.load_tensor(&old.cv_inverse[(at + parameter) * branches + branch])
             });
@@ -220,8 +223,11 @@ impl ElementLoop for UpdateSensitivity<'_> {
             for (l, change) in gradients.iter_mut().zip(&own_changes) {
                 *l = spatial_gradient(&point, change);
             }
-            let step =
-                ConvergedStep { f: &point.f, history: &history.cv_inverse[k * branches..(k + 1) * branches], dt };
+            let step = ConvergedStep {
+                f: &point.f,
+                history: &history.cv_inverse[k * branches..(k + 1) * branches],
+                dt,
+            };
             let changes = closure!(|parameter: usize, branch: usize| {
                 group.load_tensor(&old.cv_inverse[(at + parameter) * branches + branch])
             });

@@ -1,6 +1,6 @@
 //! The fields of a state of the axisymmetric sample.
 
-use super::quantity::{Local, Support, QUANTITIES};
+use super::quantity::{Local, QUANTITIES, Support};
 use super::smooth::{Smoothing, place};
 use super::{Field, Fields, FieldsError};
 use crate::element::assembly::AssemblyMap;

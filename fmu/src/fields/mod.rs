@@ -14,7 +14,7 @@ mod tests;
 
 pub use error::FieldsError;
 pub use extract::{FieldSource, extract};
-pub use quantity::{Support, QUANTITIES, Quantity, markdown};
+pub use quantity::{QUANTITIES, Quantity, Support, markdown};
 
 use crate::mesh::NODES;
 

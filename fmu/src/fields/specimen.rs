@@ -1,6 +1,6 @@
 //! The fields of a state: what the stepper knows, handed over at one time.
 
-use super::{Fields, FieldsError, FieldSource, extract};
+use super::{FieldSource, Fields, FieldsError, extract};
 use crate::specimen::{State, Stepper};
 
 impl Stepper {

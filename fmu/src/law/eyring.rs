@@ -360,7 +360,8 @@ mod tests {
                 approx::assert_relative_eq!(analytic, slope, max_relative = 1e-6, epsilon = 1e-8);
             }
         }
-        let at = |s: f64| EyringFlow { k: flow.k * (1.0 + s), ..flow }.relax(&spring(), &trial).unwrap().strain;
+        let at =
+            |s: f64| EyringFlow { k: flow.k * (1.0 + s), ..flow }.relax(&spring(), &trial).unwrap().strain;
         let (up, down) = (at(1e-5), at(-1e-5));
         for a in 0..3 {
             let slope = (up[a] - down[a]) / (2e-5 * flow.k);

@@ -148,7 +148,8 @@ impl PointMaterial {
             stress[first + k] = frame.compose(explicit);
         }
         for (index, (branch, cv_inverse)) in self.branch_laws().iter().zip(history).enumerate() {
-            let ConvergedBranch { frame, relaxed, sensitivity, .. } = ConvergedBranch::of(branch, f, cv_inverse, dt)?;
+            let ConvergedBranch { frame, relaxed, sensitivity, .. } =
+                ConvergedBranch::of(branch, f, cv_inverse, dt)?;
             let powers = &relaxed.powers;
             let (beta, tangent) = (branch.spring.stress(powers), branch.tangent(powers, dt));
             let by_history = Linear::new(
@@ -181,7 +182,8 @@ impl PointMaterial {
         let (zero, one) = (f.hoop.constant(0.0), f.hoop.constant(1.0));
         let f_inverse = f.inverse();
         for (index, (branch, cv_inverse)) in self.branch_laws().iter().zip(history).enumerate() {
-            let ConvergedBranch { frame, trial, relaxed, sensitivity } = ConvergedBranch::of(branch, f, cv_inverse, dt)?;
+            let ConvergedBranch { frame, trial, relaxed, sensitivity } =
+                ConvergedBranch::of(branch, f, cv_inverse, dt)?;
             // v_a = b_a exp(2 reach (eps_a - eps_trial_a)).
             let mut squares = frame.squares;
             let (mut slope, mut explicit) = ([[zero; 3]; 3], [[zero; 3]; 3]);

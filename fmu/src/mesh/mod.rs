@@ -206,7 +206,11 @@ impl Mesh {
                 let (x, y) = (e.corners[a], e.corners[b]);
                 let covered = y[0] <= self.punch_radius + self.margin();
                 if self.on_top(&x) && self.on_top(&y) && covered && y[0] - x[0] > self.margin() {
-                    faces.push(ElementFace { element, start: CORNER_COORDINATES[a], end: CORNER_COORDINATES[b] });
+                    faces.push(ElementFace {
+                        element,
+                        start: CORNER_COORDINATES[a],
+                        end: CORNER_COORDINATES[b],
+                    });
                 }
             }
         }

@@ -14,8 +14,8 @@ use crate::parameters::Parameters;
 use crate::solver::linear::Singular;
 use crate::solver::newton::{self, Aim, NewtonFailure, System, Workspace};
 use crate::solver::parameters::TimeScheme;
-use crate::specimen::step::{Found, Start, Task};
 use crate::specimen::extrapolation::Extrapolation;
+use crate::specimen::step::{Found, Start, Task};
 use crate::specimen::{Discretisation, State};
 use std::sync::Arc;
 

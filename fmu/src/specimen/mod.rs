@@ -5,6 +5,7 @@
 //! they may. It returns what it found: nothing of a state changes while it is being solved.
 
 pub mod derivatives;
+pub mod extrapolation;
 pub mod sample;
 mod search;
 pub mod setup;
@@ -13,7 +14,6 @@ pub mod state;
 pub mod step;
 pub mod stepper;
 mod system;
-pub mod extrapolation;
 
 pub use derivatives::Sensitivity;
 pub use sample::Sample;

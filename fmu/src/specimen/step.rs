@@ -1,8 +1,8 @@
 //! One time step: the stages of a scheme, one after the other, in either dimension.
 
 use super::derivatives::Sensitivity;
-use super::state::State;
 use super::extrapolation::Extrapolation;
+use super::state::State;
 use crate::contact::surface::{Contact, Decision, Touch};
 use crate::element::History;
 use crate::element::field::Integrals;

@@ -1,11 +1,11 @@
 //! The axisymmetric specimen of one instance: what its stages are solved with.
 
 use super::derivatives::Sensitivity;
+use super::extrapolation::Extrapolation;
 use super::sample::Sample;
 use super::setup::Setup;
 use super::state::State;
 use super::step::{Discretisation, Found, Start, Task};
-use super::extrapolation::Extrapolation;
 use crate::contact::parameters::BoundaryParameters;
 use crate::contact::{Conditions, Contact, Profile, Surface, Touch};
 use crate::element::undeformed;

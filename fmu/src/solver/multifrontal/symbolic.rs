@@ -1,7 +1,7 @@
 //! Everything about a factorisation that does not depend on the values; shared by all instances.
 
 use super::assembly::{Entry, Run, entry_target, runs};
-use super::ordering::{Node, Connectivity, dissect};
+use super::ordering::{Connectivity, Node, dissect};
 use super::{StructureError, dense};
 use faer::Index;
 use faer::sparse::SymbolicSparseColMatRef;
