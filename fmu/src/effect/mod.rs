@@ -1,9 +1,9 @@
 //! Effects: what the plain model leaves out, each with a magnitude that is zero by default.
 //!
-//! One file per effect holds its parameters, their entries in the variable table, its law and its
-//! [`Effect`]: what it is, where it acts, what reveals and what mimics it. The list at the end of this file
-//! makes [`CATALOGUE`], [`EffectParameters`] and the table's section of them. At null the model is the plain
-//! one, bit for bit.
+//! Declarations only: one file per effect holds its parameters and its [`Effect`]: what it is, where it acts, what
+//! reveals and what mimics it. The list in this file makes [`CATALOGUE`], [`EffectParameters`] and [`PARAMETERS`] of
+//! them. The laws stand in the rooms where they act, which know nothing of effects; `builder.rs` alone knows both. At
+//! null the model is the plain one, bit for bit.
 //!
 //! The order in which they act is that of the force's way: specimen, contact, machine, sensor.
 
@@ -11,7 +11,6 @@ mod descriptor;
 mod parameter;
 
 pub use descriptor::{Course, Effect, Place, Setting, Sign, Variant};
-
 pub use parameter::{Access, Parameter};
 use serde::{Deserialize, Serialize};
 

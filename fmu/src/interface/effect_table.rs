@@ -12,8 +12,11 @@ pub fn markdown() -> String {
          Written from the descriptors in this folder by `cargo run --release -q -p poropunch --example \
          effect_table > fmu/src/effect/README.md`.\n\n\
          Along the force's way - specimen, contact, machine, sensor - every effect acts on what those before it \
-         leave. To add one, add a file\nlike `eyring.rs` and its name to the list in `mod.rs`; the law is called \
-         where it acts.\n",
+         leave. To add one:\n\n\
+         1. its declaration: a file like `permeability.rs` here, and its name in the list of `mod.rs`;\n\
+         2. its law, in the room where it acts (`law/`, `contact/`, `machine/`, `sensor/`), which knows nothing of effects;\n\
+         3. one line in `../builder.rs` that hands the one to the other.\n\n\
+         Variables, model description, command line, reports and this table follow from the declaration.\n",
     );
     for place in [Place::Specimen, Place::Contact, Place::Machine, Place::Sensor, Place::Numerics] {
         let here: Vec<_> = CATALOGUE.iter().filter(|effect| effect.place == place).collect();
