@@ -212,8 +212,7 @@ mod tests {
         let mut number = Settings::default();
         number.numbers[0] = -1;
         assert!(number.validate().is_err());
-        let mut input = Settings::default();
-        input.displacement = f64::NAN;
+        let input = Settings { displacement: f64::NAN, ..Settings::default() };
         assert!(input.validate().is_err());
         let mut branches = Settings::default();
         branches.padded.material.branches.clear();
