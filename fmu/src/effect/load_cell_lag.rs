@@ -1,4 +1,4 @@
-//! Load-cell lag: the law is [`crate::sensor::lag`].
+//! Load-cell lag: the law is `crate::sensor::lag`.
 
 use super::descriptor::{Effect, Place, linear, one_sided};
 use super::parameter::{Parameter, real};

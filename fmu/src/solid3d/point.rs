@@ -1,6 +1,6 @@
 //! The whole solid skeleton at one integration point, in three dimensions.
 //!
-//! The laws of [`crate::material`] work on principal strains; only the frame is new.
+//! The laws of [`crate::law`] work on principal strains; only the frame is new.
 
 use super::spectral::Spectral;
 use super::{IDENTITY, PLACE, Tensor, Voigt, Voigt2};

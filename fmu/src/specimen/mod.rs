@@ -1,7 +1,7 @@
 //! The specimen under the punch: its state, one stage, one step, and their derivatives by the material.
 //!
-//! A step is a sequence of implicit stages ([`step`]). A stage looks for the equilibrium ([`search`]) of the nodes
-//! in contact ([`stage`]), asks the surface whether the same nodes may stay in contact, and solves again until
+//! A step is a sequence of implicit stages ([`step`]). A stage looks for the equilibrium (`search`) of the nodes
+//! in contact (`stage`), asks the surface whether the same nodes may stay in contact, and solves again until
 //! they may. It returns what it found: nothing of a state changes while it is being solved.
 
 pub mod derivatives;
