@@ -12,11 +12,7 @@ pub fn markdown() -> String {
          Written from the descriptors in this folder by `cargo run --release -q -p poropunch --example \
          effect_table > fmu/src/effect/README.md`.\n\n\
          Along the force's way - specimen, contact, machine, sensor - every effect acts on what those before it \
-         leave. To add one:\n\n\
-         1. its declaration: a file like `permeability.rs` here, and its name in the list of `mod.rs`;\n\
-         2. its law, in the room where it acts (`law/`, `contact/`, `machine/`, `sensor/`), which knows nothing of effects;\n\
-         3. one line in `../builder.rs` that hands the one to the other.\n\n\
-         Variables, model description, command line, reports and this table follow from the declaration.\n",
+         leave. How to add one stands at the end.\n",
     );
     for place in [Place::Specimen, Place::Contact, Place::Machine, Place::Sensor, Place::Numerics] {
         let here: Vec<_> = CATALOGUE.iter().filter(|effect| effect.place == place).collect();
@@ -39,7 +35,7 @@ pub fn markdown() -> String {
             );
         }
     }
-    text
+    text + "\n" + include_str!("../effect/recipe.md")
 }
 
 fn variant(variant: &Variant) -> String {

@@ -4,6 +4,7 @@ mod adhesion;
 mod contact;
 mod machine;
 mod permeability;
+mod recipe;
 mod sensitivities;
 mod sensor;
 mod specimen;
