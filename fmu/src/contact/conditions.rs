@@ -130,19 +130,20 @@ impl Conditions {
         if boundary.drained_top {
             drain(&mut mesh.punch(), &mut |unknown| open[unknown] = Condition::Fixed);
         }
-        for node in mesh.folding_side() {
+        let folds = !boundary.confined_side && !mesh.folding_side().is_empty();
+        for node in mesh.side().filter(|_| folds) {
             let upper = mesh.is_upper(mesh.nodes[node as usize][1]);
             let (bonded, drained) = if upper {
                 (boundary.bonded_punch, boundary.drained_punch)
             } else {
                 (boundary.bonded_bottom, boundary.drained_bottom)
             };
-            let (radial, of) =
-                (mesh.displacement(node), |fixed| [Condition::Free, Condition::Fixed][usize::from(fixed)]);
-            closed[radial] = of(bonded);
+            let held = |is_held| if is_held { Condition::Fixed } else { Condition::Free };
+            let radial = mesh.displacement(node);
+            closed[radial] = held(bonded);
             closed[radial + 1] = if upper { Condition::Punch } else { Condition::Fixed };
             if let Some(pressure) = mesh.pressure(node) {
-                closed[pressure] = of(drained);
+                closed[pressure] = held(drained);
             }
         }
         let values = vec![0.0; mesh.unknowns()];
@@ -178,9 +179,11 @@ impl Conditions {
         self.free_pull = 0.0;
         for (index, node) in surface.in_mesh_order() {
             let closed = contact.is_closed(index);
-            let from = if closed { &self.closed } else { &self.open };
-            for unknown in [Some(node.radial), Some(node.axial), node.pressure].into_iter().flatten() {
-                self.unknowns[unknown] = from[unknown];
+            // At the edge of the contact the fluid leaves as it does beside it.
+            let sealed = contact.is_sealed(index);
+            let parts = [(Some(node.radial), closed), (Some(node.axial), closed), (node.pressure, sealed)];
+            for (unknown, covered) in parts.into_iter().filter_map(|(u, covered)| Some((u?, covered))) {
+                self.unknowns[unknown] = if covered { self.closed[unknown] } else { self.open[unknown] };
                 self.values[unknown] = 0.0;
             }
             let pull = surface.pull(index, contact);
