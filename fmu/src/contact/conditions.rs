@@ -127,11 +127,17 @@ impl Conditions {
         for &unknown in &punch {
             closed[unknown] = Condition::Punch;
         }
+        let folding: Vec<u32> = if boundary.confined_side || mesh.folding_side().is_empty() {
+            Vec::new()
+        } else {
+            mesh.side().collect()
+        };
         if boundary.drained_top {
-            drain(&mut mesh.punch(), &mut |unknown| open[unknown] = Condition::Fixed);
+            // The rim of a platen drains as the side does.
+            let mut covered = mesh.punch().filter(|node| !folding.contains(node));
+            drain(&mut covered, &mut |unknown| open[unknown] = Condition::Fixed);
         }
-        let folds = !boundary.confined_side && !mesh.folding_side().is_empty();
-        for node in mesh.side().filter(|_| folds) {
+        for node in folding {
             let upper = mesh.is_upper(mesh.nodes[node as usize][1]);
             let (bonded, drained) = if upper {
                 (boundary.bonded_punch, boundary.drained_punch)

@@ -5,6 +5,8 @@
 //! they may. It returns what it found: nothing of a state changes while it is being solved.
 
 pub mod derivatives;
+#[cfg(test)]
+mod rollover_tests;
 pub mod sample;
 mod search;
 pub mod setup;
