@@ -127,17 +127,10 @@ impl Conditions {
         for &unknown in &punch {
             closed[unknown] = Condition::Punch;
         }
-        let folding: Vec<u32> = if boundary.confined_side || mesh.folding_side().is_empty() {
-            Vec::new()
-        } else {
-            mesh.side().collect()
-        };
         if boundary.drained_top {
-            // The rim of a platen drains as the side does.
-            let mut covered = mesh.punch().filter(|node| !folding.contains(node));
-            drain(&mut covered, &mut |unknown| open[unknown] = Condition::Fixed);
+            drain(&mut mesh.punch(), &mut |unknown| open[unknown] = Condition::Fixed);
         }
-        for node in folding {
+        for node in mesh.folding_side() {
             let upper = mesh.is_upper(mesh.nodes[node as usize][1]);
             let (bonded, drained) = if upper {
                 (boundary.bonded_punch, boundary.drained_punch)
@@ -185,11 +178,9 @@ impl Conditions {
         self.free_pull = 0.0;
         for (index, node) in surface.in_mesh_order() {
             let closed = contact.is_closed(index);
-            // At the edge of the contact the fluid leaves as it does beside it.
-            let sealed = contact.is_sealed(index);
-            let parts = [(Some(node.radial), closed), (Some(node.axial), closed), (node.pressure, sealed)];
-            for (unknown, covered) in parts.into_iter().filter_map(|(u, covered)| Some((u?, covered))) {
-                self.unknowns[unknown] = if covered { self.closed[unknown] } else { self.open[unknown] };
+            let from = if closed { &self.closed } else { &self.open };
+            for unknown in [Some(node.radial), Some(node.axial), node.pressure].into_iter().flatten() {
+                self.unknowns[unknown] = from[unknown];
                 self.values[unknown] = 0.0;
             }
             let pull = surface.pull(index, contact);

@@ -239,15 +239,6 @@ impl Contact {
         self.corners.iter().map(kind).eq(other.corners.iter().map(kind)) && self.held == other.held
     }
 
-    /// Whether the punch covers all of the surface around a corner, which no fluid can then leave.
-    pub fn is_sealed(&self, node: usize) -> bool {
-        let corner = node / 2;
-        self.corners[corner.saturating_sub(1)..]
-            .iter()
-            .take(corner.min(1) + 2)
-            .all(|status| status.is_closed())
-    }
-
     /// The corners, from the axis outwards.
     pub fn corners(&self) -> &[Status] {
         &self.corners
