@@ -25,8 +25,8 @@ impl Discretised {
     pub fn shared(parameters: &Parameters) -> Result<Self, StructureError> {
         Ok(match parameters.mesh.kind {
             MeshKind::Axisymmetric => {
-                let Parameters { indenter, geometry, mesh, .. } = parameters;
-                Self::Axisymmetric(Sample::shared_under(indenter, geometry, mesh)?)
+                let Parameters { indenter, geometry, .. } = parameters;
+                Self::Axisymmetric(Sample::shared_under(indenter, geometry, &parameters.resolved_mesh())?)
             }
             MeshKind::Paper3d => Self::Paper3d(SolidSample::shared(&parameters.geometry)?),
         })

@@ -2,7 +2,7 @@
 
 use super::parameters::BoundaryParameters;
 use super::profile::{Face, Profile};
-use super::surface::{Contact, Surface};
+use super::surface::{Contact, Plate, Surface};
 use crate::mesh::Mesh;
 
 /// Least part of the normal force's axial share that friction leaves.
@@ -130,6 +130,21 @@ impl Conditions {
         if boundary.drained_top {
             drain(&mut mesh.punch(), &mut |unknown| open[unknown] = Condition::Fixed);
         }
+        for node in mesh.folding_side() {
+            let upper = mesh.is_upper(mesh.nodes[node as usize][1]);
+            let (bonded, drained) = if upper {
+                (boundary.bonded_punch, boundary.drained_punch)
+            } else {
+                (boundary.bonded_bottom, boundary.drained_bottom)
+            };
+            let held = |is_held| if is_held { Condition::Fixed } else { Condition::Free };
+            let radial = mesh.displacement(node);
+            closed[radial] = held(bonded);
+            closed[radial + 1] = if upper { Condition::Punch } else { Condition::Fixed };
+            if let Some(pressure) = mesh.pressure(node) {
+                closed[pressure] = held(drained);
+            }
+        }
         let values = vec![0.0; mesh.unknowns()];
         Self {
             unknowns: closed.clone(),
@@ -174,9 +189,14 @@ impl Conditions {
                 self.free_pull += if closed { 0.0 } else { pull };
             }
             if closed {
-                self.punch.push(node.axial);
                 self.values[node.radial] = contact.held[index];
-                self.values[node.axial] = surface.height(index, contact);
+                self.values[node.axial] = match node.plate {
+                    Plate::Punch(depth) => {
+                        self.punch.push(node.axial);
+                        depth + surface.height(index, contact)
+                    }
+                    Plate::Support(height) => -height,
+                };
                 let loose = self.closed[node.radial] == Condition::Free || !contact.is_held(index);
                 if loose && self.open[node.radial] == Condition::Free {
                     self.unknowns[node.radial] = Condition::Free;

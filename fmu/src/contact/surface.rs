@@ -13,12 +13,16 @@
 //! motion turns. It does so in patches of at least a tenth of the punch's radius: the rings of small elements at the
 //! edge would be squeezed if they slid one by one. Where a corner is pulled that friction could hold, the patch yields
 //! for one stage under the shear that it has: the shear spreads in proportion to the pressure, and none is let go.
+//!
+//! Under a platen the free side of a bonded sample folds over: from the rims on it lies down on the platen and on the
+//! support. Its corners follow those of the face; one that touches a plate sticks (slides on a frictionless one) until
+//! it is pulled.
 
 use super::adhesion::Adhesion;
 use super::parameters::BoundaryParameters;
 use super::profile::{Face, Profile};
 use super::yielding::Yield;
-use crate::element::geometry::Geometry;
+use crate::element::geometry::{FacePoint, Geometry};
 use crate::mesh::Mesh;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -26,9 +30,20 @@ use std::ops::Range;
 /// Least width of a patch over the punch's radius.
 const PATCH: f64 = 0.1;
 
+/// The rigid body that a node of the surface can touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Plate {
+    /// The punch, whose tip is this far above the node in the undeformed sample (m).
+    Punch(f64),
+    /// The support under the sample, this far below the node (m).
+    Support(f64),
+}
+
 /// A node of the surface that the punch can reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceNode {
+    /// What it can touch.
+    pub plate: Plate,
     /// Distance from the axis in the undeformed sample (m).
     pub radius: f64,
     /// Unknown `u_r`.
@@ -42,8 +57,10 @@ pub struct SurfaceNode {
 /// The part of the surface that the punch can reach.
 #[derive(Debug, Clone)]
 pub struct Surface {
-    /// From the axis outwards: corner, mid-side node, corner, ..., corner.
+    /// From the axis outwards, then down a side that may fold over: corner, mid-side node, corner, ..., corner.
     pub(super) nodes: Vec<SurfaceNode>,
+    /// How many corners lie on the undeformed face.
+    face_corners: usize,
     /// Their places in the order of the mesh's numbers.
     in_mesh_order: Vec<usize>,
     profile: Profile,
@@ -237,23 +254,42 @@ impl Surface {
         profile: Profile,
         adhesion: Adhesion,
     ) -> Self {
+        let height = mesh.height();
         let node = |n: u32| SurfaceNode {
+            plate: match mesh.nodes[n as usize][1] {
+                z if mesh.is_upper(z) => Plate::Punch(height - z),
+                z => Plate::Support(z),
+            },
             radius: mesh.nodes[n as usize][0],
             radial: mesh.displacement(n),
             axial: mesh.displacement(n) + 1,
             pressure: mesh.pressure(n),
         };
-        let numbered: Vec<SurfaceNode> = mesh.punch().map(node).collect();
-        let mut nodes = numbered.clone();
+        let face: Vec<SurfaceNode> = mesh.punch().map(node).collect();
+        let mut nodes = face.clone();
         nodes.sort_by(|a, b| a.radius.total_cmp(&b.radius));
+        let face_corners = nodes.len().div_ceil(2);
+        // A side in a smooth ring cannot fold.
+        let side = if boundary.confined_side { Vec::new() } else { mesh.folding_side() };
+        nodes.extend(side.iter().map(|&n| node(n)));
+        let numbered = mesh.punch().chain(side).map(node);
         let place = |n: &SurfaceNode| nodes.iter().position(|m| m.axial == n.axial);
-        let in_mesh_order = numbered.iter().filter_map(place).collect();
-        let inner = |radius: f64| nodes.iter().step_by(2).filter(|n| n.radius <= radius).count();
-        let sides = geometry.face.iter().map(|p| inner(p.geometry.radius).saturating_sub(1)).collect();
+        let in_mesh_order = numbered.filter_map(|n| place(&n)).collect();
+        let before = |p: &FacePoint| {
+            let is_before = |node: &SurfaceNode| match node.plate {
+                _ if p.is_under_punch() => node.radius <= p.geometry.radius,
+                Plate::Punch(depth) => depth <= height - p.height,
+                Plate::Support(_) => false,
+            };
+            let corners = nodes.iter().step_by(2);
+            let corners = corners.take(if p.is_under_punch() { face_corners } else { usize::MAX });
+            corners.filter(|n| is_before(n)).count().saturating_sub(1)
+        };
+        let sides = geometry.face.iter().map(before).collect();
         let corners: Vec<f64> = nodes.iter().step_by(2).map(|n| n.radius).collect();
         let friction = boundary.bonded_punch.then_some(boundary.friction);
-        let (patches, lengths) = (patches(&corners), lengths(&corners));
-        Self { nodes, in_mesh_order, profile, adhesion, friction, patches, lengths, sides }
+        let (patches, lengths) = (patches(&corners[..face_corners]), lengths(&corners));
+        Self { nodes, face_corners, in_mesh_order, profile, adhesion, friction, patches, lengths, sides }
     }
 
     /// Corners that slide together.
@@ -261,7 +297,17 @@ impl Surface {
         &self.patches
     }
 
-    /// The nodes, from the axis outwards.
+    /// How many nodes lie on the undeformed face.
+    pub fn face_nodes(&self) -> usize {
+        2 * self.face_corners - 1
+    }
+
+    /// The corners of a side that may fold over, but for the rim that rests on the support.
+    fn side_corners(&self) -> Range<usize> {
+        self.face_corners..self.lengths.len().saturating_sub(1).max(self.face_corners)
+    }
+
+    /// The nodes, from the axis outwards and down a side that may fold over.
     pub fn nodes(&self) -> &[SurfaceNode] {
         &self.nodes
     }
@@ -273,8 +319,11 @@ impl Surface {
 
     /// The contact of the undeformed sample with a punch that just touches it.
     pub fn touched(&self) -> Contact {
-        let at_tip = |node: &SurfaceNode| self.profile.at(node.radius).height <= 0.0;
-        let status = |node: &SurfaceNode| if at_tip(node) { Status::Held } else { Status::Open };
+        let touches = |node: &SurfaceNode| match node.plate {
+            Plate::Punch(depth) => depth + self.profile.at(node.radius).height <= 0.0,
+            Plate::Support(height) => height <= 0.0,
+        };
+        let status = |node: &SurfaceNode| if touches(node) { Status::Held } else { Status::Open };
         Contact {
             corners: self.nodes.iter().step_by(2).map(status).collect(),
             held: vec![0.0; self.nodes.len()],
@@ -323,15 +372,23 @@ impl Surface {
 
     /// Where the surface lies with the unknowns `x`.
     pub fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
-        let open = (0..contact.corners.len()).filter(|&k| contact.corners[k] == Status::Open);
-        let clearance = open.map(|k| -self.above_tip(k, x)).fold(f64::INFINITY, f64::min);
-        let level = self.nodes.iter().map(|n| x[n.axial]).sum::<f64>() / self.nodes.len() as f64;
-        Touch { in_contact: contact.any(), clearance, level }
+        let meets_punch = |k: &usize| matches!(self.nodes[2 * k].plate, Plate::Punch(_));
+        let corners = (0..contact.corners.len()).filter(meets_punch);
+        let (open, touched): (Vec<usize>, Vec<usize>) =
+            corners.partition(|&k| contact.corners[k] == Status::Open);
+        let clearance = open.iter().map(|&k| -self.beyond(k, x, 0.0)).fold(f64::INFINITY, f64::min);
+        let face = &self.nodes[..self.face_nodes()];
+        let level = face.iter().map(|n| x[n.axial]).sum::<f64>() / face.len() as f64;
+        Touch { in_contact: !touched.is_empty(), clearance, level }
     }
 
-    /// How far a corner is above a face whose tip is at the undeformed surface (m).
-    fn above_tip(&self, corner: usize, x: &[f64]) -> f64 {
-        x[self.nodes[2 * corner].axial] - self.face_over(2 * corner, x).height
+    /// How far a corner is beyond what it can touch (m), the punch's tip at an indentation (m).
+    fn beyond(&self, corner: usize, x: &[f64], indentation: f64) -> f64 {
+        let node = &self.nodes[2 * corner];
+        match node.plate {
+            Plate::Punch(depth) => x[node.axial] - self.face_over(2 * corner, x).height - depth + indentation,
+            Plate::Support(height) => -x[node.axial] - height,
+        }
     }
 
     /// Shear, positive outwards, and pressure of the punch on a corner, both with respect to its face (N); what
@@ -354,7 +411,8 @@ impl Surface {
             radial += 0.5 * forces[self.nodes[k].radial];
             axial += 0.5 * forces[self.nodes[k].axial];
         }
-        (radial, -axial)
+        let from_above = matches!(self.nodes[middle].plate, Plate::Punch(_));
+        (radial, if from_above { -axial } else { axial })
     }
 
     /// How the bond of a patch changes, if at all, and whether that cannot wait for the next stage.
@@ -397,7 +455,7 @@ impl Surface {
         let reactions = contact.closed(patch).map(|k| self.reaction(k, contact, trial));
         let pulled = reactions.clone().any(|(_, pressure)| pressure < -trial.slack.force);
         let (shear, pressure) = reactions.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
-        let loose = |k: usize| contact.corners.get(k).is_some_and(|status| *status != Status::Held);
+        let loose = |k: usize| k < self.face_corners && contact.corners[k] != Status::Held;
         let at_open_edge =
             patch.start.checked_sub(1).is_some_and(loose) || loose(patch.end) || patch.clone().any(loose);
         let exceeds = shear.abs() > friction * pressure + trial.slack.force;
@@ -437,7 +495,7 @@ impl Surface {
             let closed = patch.clone().map(|k| corners[k]).find(|status| status.is_closed());
             for k in patch.clone() {
                 let is_open = !before.corners[k].is_closed();
-                let above_face = self.above_tip(k, trial.x) + trial.indentation;
+                let above_face = self.beyond(k, trial.x, trial.indentation);
                 if !is_open && self.reaction(k, before, trial).1 < -trial.slack.force {
                     corners[k] = if self.adhesion.is_active() { Status::Bridged } else { Status::Open };
                     past.opened[k] = true;
@@ -450,6 +508,18 @@ impl Surface {
                     corners[k] = closed.unwrap_or(Status::Held);
                     solve_again = true;
                 }
+            }
+        }
+        for k in self.side_corners() {
+            if before.corners[k].is_closed() {
+                if self.reaction(k, before, trial).1 < -trial.slack.force {
+                    corners[k] = Status::Open;
+                    past.opened[k] = true;
+                    solve_again = true;
+                }
+            } else if !past.opened[k] && self.beyond(k, trial.x, trial.indentation) > trial.slack.length {
+                corners[k] = Status::Held;
+                solve_again = true;
             }
         }
         Decision { corners, solve_again }

@@ -1,7 +1,7 @@
 //! From elements to the global sparse system.
 
 use super::History;
-use super::geometry::Geometry;
+use super::geometry::{FacePoint, Geometry};
 use super::group::{ElementLoop, Group};
 use super::kernel::{self, ElementSystem, PointState};
 use super::shape::POINTS;
@@ -141,7 +141,8 @@ impl Body<'_> {
         residual: &mut [f64],
         values: &mut [f64],
     ) {
-        for (face, _) in self.geometry.face.iter().zip(closed).filter(|(_, closed)| **closed) {
+        let sheared = |(face, closed): &(&FacePoint, &bool)| **closed && face.is_under_punch();
+        for (face, _) in self.geometry.face.iter().zip(closed).filter(sheared) {
             let (place, x_e) = (&face.geometry, self.map.gather(face.element, x));
             let slip: f64 = (0..NODES).map(|a| place.n[a] * x_e[2 * a]).sum();
             let traction = stiffness * place.measure;

@@ -53,7 +53,7 @@ impl Body<'_> {
         let (mut fluid, mut traction) = (0.0, 0.0);
         let branches = material.branches();
         let points = geometry.face.iter().zip(closed).filter(|(_, closed)| **closed);
-        for (FacePoint { element, xi, geometry: place }, _) in points {
+        for (FacePoint { element, xi, geometry: place, normal, .. }, _) in points {
             let failed = Inadmissible { element: *element };
             let x_e = map.gather(*element, x);
             let history = element_history(old, *element, branches);
@@ -77,9 +77,11 @@ impl Body<'_> {
                 sigma[0] += weight * tau_vol / point.jacobian;
             }
             let point = Point::at(place, &x_e).ok_or(failed)?;
-            // Nanson: n da = J F^-T N dA, N = e_z.
-            let inverse = point.f.inverse();
-            let normal = [point.jacobian * inverse.plane[1][0], point.jacobian * inverse.plane[1][1]];
+            // Nanson: n da = J F^-T N dA.
+            let inverse = point.f.inverse().plane;
+            let normal: [f64; 2] = std::array::from_fn(|d| {
+                point.jacobian * (inverse[0][d] * normal[0] + inverse[1][d] * normal[1])
+            });
             fluid += place.measure * point.pressure * normal[1];
             traction -= place.measure * ((sigma[0] - point.pressure) * normal[1] + sigma[1] * normal[0]);
         }

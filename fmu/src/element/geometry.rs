@@ -95,6 +95,17 @@ pub struct FacePoint {
     pub xi: [f64; 2],
     /// Geometry with the face's measure.
     pub geometry: PointGeometry,
+    /// Outward normal of the undeformed face (R, Z).
+    pub normal: [f64; 2],
+    /// Z (m).
+    pub height: f64,
+}
+
+impl FacePoint {
+    /// Whether it lies under the punch, not on a side that may fold over.
+    pub fn is_under_punch(&self) -> bool {
+        self.normal[1] > 0.5
+    }
 }
 
 /// Geometry of the integration points of one element.
@@ -132,7 +143,7 @@ pub struct Geometry {
     pub elements: Vec<ElementGeometry>,
     /// The same of [`PACKET`] elements at a time.
     pub packets: Vec<ElementGeometry<Packet>>,
-    /// Quadrature points of the punch's face.
+    /// Quadrature points of the surface that the punch can touch: of its face, then of a side that may fold over.
     pub face: Vec<FacePoint>,
 }
 
@@ -146,12 +157,14 @@ impl Geometry {
         });
         let elements: Vec<_> = elements.collect();
         let packets = elements.chunks(PACKET).map(ElementGeometry::packed).collect();
-        let face = mesh.punch_faces().iter().flat_map(|f| face_points(mesh, f)).collect();
+        let under = mesh.punch_faces().into_iter().map(|f| (f, [0.0, 1.0]));
+        let beside = mesh.folding_faces().into_iter().map(|f| (f, [1.0, 0.0]));
+        let face = under.chain(beside).flat_map(|(f, normal)| face_points(mesh, &f, normal)).collect();
         Self { elements, packets, face }
     }
 }
 
-fn face_points(mesh: &Mesh, face: &ElementFace) -> [FacePoint; 3] {
+fn face_points(mesh: &Mesh, face: &ElementFace, normal: [f64; 2]) -> [FacePoint; 3] {
     super::shape::RULE.map(|(s, weight)| {
         let xi = std::array::from_fn(|d| 0.5 * ((1.0 - s) * face.start[d] + (1.0 + s) * face.end[d]));
         let (mut geometry, jacobian) = PointGeometry::at(&mesh.elements[face.element], &Shape::at(xi, 1.0));
@@ -159,7 +172,9 @@ fn face_points(mesh: &Mesh, face: &ElementFace) -> [FacePoint; 3] {
         let tangent: [f64; 2] =
             std::array::from_fn(|d| jacobian[d][0] * along[0] + jacobian[d][1] * along[1]);
         geometry.measure = TAU * geometry.radius * weight * tangent[0].hypot(tangent[1]);
-        FacePoint { element: face.element, xi, geometry }
+        let corners = mesh.elements[face.element].corners;
+        let height = geometry.p.iter().zip(corners).map(|(p, corner)| p * corner[1]).sum();
+        FacePoint { element: face.element, xi, geometry, normal, height }
     })
 }
 

@@ -95,9 +95,10 @@ impl Body<'_> {
         for (face, _) in self.geometry.face.iter().zip(closed).filter(|(_, closed)| **closed) {
             let failed = Inadmissible { element: face.element };
             let point = Point::at(&face.geometry, &self.map.gather(face.element, x)).ok_or(failed)?;
-            // Nanson: the axial area is F_rr times the hoop stretch, and F_rr changes with all of the row l F.
-            let area = face.geometry.measure * point.f.plane[0][0] * point.f.hoop;
-            let turned = face.geometry.measure * point.f.plane[1][0] * point.f.hoop;
+            // Nanson: the axial area is F_rr (-F_rz on a side) times the hoop stretch, and changes with the row l F.
+            let ([r, z], f) = (face.normal, point.f.plane);
+            let area = face.geometry.measure * (f[0][0] * z - f[0][1] * r) * point.f.hoop;
+            let turned = face.geometry.measure * (f[1][0] * z - f[1][1] * r) * point.f.hoop;
             for (total, all) in fluid.iter_mut().zip(changes.chunks_exact(x.len())) {
                 let change = self.map.gather(face.element, all);
                 let l = spatial_gradient(&point, &change);

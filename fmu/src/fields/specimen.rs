@@ -11,7 +11,7 @@ impl Stepper {
     pub fn fields(&self, state: &State, touching: bool) -> Result<Fields, FieldsError> {
         let (sample, material) = (self.sample(), self.material_at(state.time));
         let mesh = &sample.mesh;
-        let places = mesh.punch().zip(self.surface().in_mesh_order());
+        let places = mesh.punch().chain(mesh.folding_side()).zip(self.surface().in_mesh_order());
         let is_touched = |place: usize| touching && state.contact.is_closed(place);
         let touched: Vec<u32> =
             places.filter(|(_, (place, _))| is_touched(*place)).map(|(node, _)| node).collect();

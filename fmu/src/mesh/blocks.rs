@@ -69,15 +69,54 @@ pub fn growing_contact(
 }
 
 /// A grid for a sample between two plates, fine towards its side and both plates.
+///
+/// At both rims its corner is a fan: where the side of a bonded sample folds over and lies down on the plate, the
+/// right angle between them opens to a straight one, and every element takes only a slice of it.
 pub fn platen(geometry: &GeometryParameters, zone: &Zone) -> impl Iterator<Item = Quad> + use<> {
     let (b, h) = (geometry.sample_radius, geometry.sample_height);
-    let mut radii: Vec<f64> = layers(b, zone.size, zone.growth).into_iter().map(|x| b - x).rev().collect();
+    // Distances from the rims, along the plates and along the side.
+    let inwards = layers(b, zone.size, zone.growth);
+    let along = layers(0.5 * h, zone.size, zone.growth);
+    let cells = FAN.min(along.len()).min(inwards.len());
+    let [across, up] = [&inwards, &along].map(|x| [&[0.0], &x[..cells]].concat());
+    let fans = [fan([b, h], -1.0, &across, &up), fan([b, 0.0], 1.0, &across, &up)];
+    let (width, height) = (across[cells], up[cells]);
+    let in_fan = move |quad: &Quad| {
+        let (r, z) = (0.5 * (quad[0][0] + quad[3][0]), 0.5 * (quad[0][1] + quad[3][1]));
+        b - r < width && z.min(h - z) < height
+    };
+    let mut radii: Vec<f64> = inwards.into_iter().map(|x| b - x).rev().collect();
     radii[0] = 0.0;
     radii.push(b);
-    let half = layers(0.5 * h, zone.size, zone.growth);
-    let lower = std::iter::once(0.0).chain(half.iter().copied());
-    let upper = half.iter().rev().skip(1).map(|x| h - x).chain([h]);
-    tensor(radii, lower.chain(upper).collect())
+    let lower = std::iter::once(0.0).chain(along.iter().copied());
+    let upper = along.iter().rev().skip(1).map(|x| h - x).chain([h]);
+    let grid = tensor(radii, lower.chain(upper).collect()).filter(move |quad| !in_fan(quad));
+    grid.chain(fans.into_iter().flatten())
+}
+
+/// Cells of the grid along either side of a fan.
+const FAN: usize = 2;
+
+/// Rings around a rim, the innermost collapsed to it, that replace the cells between lines at the distances `across`
+/// and `along` the side, which runs upwards (1) or downwards (-1) from there.
+fn fan(rim: [f64; 2], upwards: f64, across: &[f64], along: &[f64]) -> Vec<Quad> {
+    let (width, height) = (across[across.len() - 1], along[along.len() - 1]);
+    let inner = along.iter().map(|&z| [-width, upwards * z]);
+    let far = across.iter().rev().skip(1).map(|&r| [-r, upwards * height]);
+    let mut perimeter: Vec<[f64; 2]> = inner.chain(far).collect();
+    if upwards > 0.0 {
+        // Seen from the rim, the perimeter runs counter-clockwise.
+        perimeter.reverse();
+    }
+    let point = |size: f64, d: [f64; 2]| [rim[0] + size * d[0], rim[1] + size * d[1]];
+    let mut quads = Vec::new();
+    for s in across.windows(2) {
+        let (s, t) = (s[0] / width, s[1] / width);
+        for d in perimeter.windows(2) {
+            quads.push([point(s, d[0]), point(t, d[0]), point(s, d[1]), point(t, d[1])]);
+        }
+    }
+    quads
 }
 
 /// Rings between half-squares around `edge`, the innermost collapsed to it.

@@ -196,21 +196,61 @@ impl Mesh {
         self.select(|x| self.on_top(x) && x[0] >= self.punch_radius - self.margin())
     }
 
+    /// Nodes of a free side that may fold over and lie down on a plate, from the rim under the platen (which is not
+    /// one of them) to the rim on the support; none unless a platen covers the sample.
+    pub fn folding_side(&self) -> Vec<u32> {
+        if self.punch_radius.is_finite() {
+            return Vec::new();
+        }
+        let height = |n: &u32| self.nodes[*n as usize][1];
+        let mut nodes: Vec<u32> = self.side().filter(|&n| !self.on_top(&self.nodes[n as usize])).collect();
+        nodes.sort_by(|a, b| height(b).total_cmp(&height(a)));
+        nodes
+    }
+
+    /// Whether a place on the side is nearer to the platen than to the support.
+    pub fn is_upper(&self, height: f64) -> bool {
+        height >= 0.5 * self.extent[1]
+    }
+
+    /// Height of the sample (m).
+    pub fn height(&self) -> f64 {
+        self.extent[1]
+    }
+
+    /// Sides of elements on the upper half of a side that may fold over.
+    pub fn folding_faces(&self) -> Vec<ElementFace> {
+        if self.punch_radius.is_finite() {
+            return Vec::new();
+        }
+        let on_side = |x: &[f64; 2]| x[0] >= self.extent[0] - self.margin();
+        self.sides(|upper, lower| {
+            on_side(upper) && on_side(lower) && self.is_upper(lower[1]) && upper[1] - lower[1] > self.margin()
+        })
+    }
+
     /// Element sides under the punch.
     pub fn punch_faces(&self) -> Vec<ElementFace> {
+        self.sides(|x, y| {
+            let covered = y[0] <= self.punch_radius + self.margin();
+            self.on_top(x) && self.on_top(y) && covered && y[0] - x[0] > self.margin()
+        })
+    }
+
+    /// Element sides between two corners, in the order in which `keep` takes them.
+    fn sides(&self, keep: impl Fn(&[f64; 2], &[f64; 2]) -> bool) -> Vec<ElementFace> {
         const CORNER_COORDINATES: [[f64; 2]; CORNERS] = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]];
         let mut faces = Vec::new();
         for (element, e) in self.elements.iter().enumerate() {
             for (a, b) in [(0, 1), (1, 3), (3, 2), (2, 0)] {
-                let (a, b) = if e.corners[a][0] <= e.corners[b][0] { (a, b) } else { (b, a) };
-                let (x, y) = (e.corners[a], e.corners[b]);
-                let covered = y[0] <= self.punch_radius + self.margin();
-                if self.on_top(&x) && self.on_top(&y) && covered && y[0] - x[0] > self.margin() {
-                    faces.push(ElementFace {
-                        element,
-                        start: CORNER_COORDINATES[a],
-                        end: CORNER_COORDINATES[b],
-                    });
+                for (a, b) in [(a, b), (b, a)] {
+                    if keep(&e.corners[a], &e.corners[b]) {
+                        faces.push(ElementFace {
+                            element,
+                            start: CORNER_COORDINATES[a],
+                            end: CORNER_COORDINATES[b],
+                        });
+                    }
                 }
             }
         }

@@ -2,5 +2,7 @@
 
 pub mod path;
 pub mod protocol;
+#[cfg(test)]
+mod tests;
 
 pub use path::Path;

@@ -25,6 +25,8 @@ const MAX_SHRINK: f64 = 0.25;
 const ERROR_CONSTANT: f64 = 0.1;
 /// A step is repeated when its estimated error exceeds the tolerance by this factor.
 const REJECT: f64 = 8.0;
+/// Where a communication point follows close behind a touch, the first step is still this fraction of the free one.
+const LEAST_FIRST: f64 = 0.125;
 /// No step moves the punch by more than this fraction of its radius.
 const MAX_TRAVEL: f64 = 0.1;
 /// Steps below this fraction of the first one are hopeless.
@@ -166,8 +168,8 @@ impl Path {
             }
             if self.base.touch.in_contact {
                 let change = (velocity - self.piece.velocity).abs();
-                // Half the first communication step at most: between the first two nodes there is only a line.
-                self.first_step = (solver.initial_increment / change.max(STANDING)).min(0.5 * (end - now));
+                let is_first = self.next_step.is_infinite();
+                self.first_step = first_step(solver, change, end - now, is_first);
                 self.next_step = self.next_step.min(self.first_step);
                 self.start_anew(Node { time: now, ..Node::of(&self.base) });
             }
@@ -253,9 +255,8 @@ impl Path {
         if self.gap(&self.base) > LANDED * solver.initial_increment {
             return false;
         }
-        let (node, velocity) = (Node::of(&self.base), self.piece.velocity.max(STANDING));
-        self.first_step =
-            (solver.initial_increment / velocity).min(0.5 * (end - node.time)).min(self.next_step);
+        let (node, velocity) = (Node::of(&self.base), self.piece.velocity.max(0.0));
+        self.first_step = first_step(solver, velocity, end - node.time, true).min(self.next_step);
         self.next_step = self.first_step;
         self.start_anew(node);
         true
@@ -427,7 +428,29 @@ impl Path {
     fn interpolate(&self, time: f64) -> Outputs {
         let weights = self.weights(&self.nodes, time);
         let terms: Vec<_> = weights.iter().zip(&self.nodes).map(|(&w, n)| (w, &n.outputs)).collect();
-        Outputs::combine(&terms)
+        let mut outputs = Outputs::combine(&terms);
+        outputs.viscous_dissipation_rate = outputs.viscous_dissipation_rate.max(0.0);
+        outputs.porous_dissipation_rate = outputs.porous_dissipation_rate.max(0.0);
+        let end = self.nodes.partition_point(|n| n.time < time).max(1);
+        if let [.., before, after] = &self.nodes[..self.nodes.len().min(end + 1)] {
+            let between = |of: fn(&Outputs) -> (f64, f64)| self.rising(before, after, time, of);
+            outputs.viscous_dissipation = between(|o| (o.viscous_dissipation, o.viscous_dissipation_rate));
+            outputs.porous_dissipation = between(|o| (o.porous_dissipation, o.porous_dissipation_rate));
+        }
+        outputs
+    }
+
+    /// A quantity that never falls, at a time between two nodes: Hermite's cubic through its values and rates, which
+    /// `of` gives, with slopes limited so that it is monotone (Fritsch and Carlson).
+    fn rising(&self, before: &Node, after: &Node, time: f64, of: fn(&Outputs) -> (f64, f64)) -> f64 {
+        let root = |t: f64| (t - self.origin + self.first_step).max(0.0).sqrt();
+        let ((from, rate_from), (to, rate_to)) = (of(&before.outputs), of(&after.outputs));
+        let (start, end) = (root(before.time), root(after.time));
+        let (rise, length) = ((to - from).max(0.0), end - start);
+        let slope = |rate: f64, root: f64| (2.0 * root * rate * length).clamp(0.0, 3.0 * rise);
+        let (a, b) = (slope(rate_from, start), slope(rate_to, end));
+        let x = ((root(time) - start) / length).clamp(0.0, 1.0);
+        from + x * (a + x * (3.0 * rise - 2.0 * a - b + x * (a + b - 2.0 * rise)))
     }
 
     /// Derivatives of the force at a time the path has reached; empty when they are not computed.
@@ -471,4 +494,15 @@ impl Path {
             })
             .collect()
     }
+}
+
+/// Length of the first step (s) after the velocity changed by `change` (m/s), or after a touch at that velocity,
+/// `left` (s) before a communication point.
+///
+/// Half of what is left, for between the first two nodes there is only a line; but where next to nothing is left
+/// after a touch, not so short that many steps had to grow out of it.
+fn first_step(solver: &SolverParameters, change: f64, left: f64, is_touch: bool) -> f64 {
+    let free = solver.initial_increment / change.max(STANDING);
+    let least = if is_touch && change > STANDING { LEAST_FIRST * free } else { 0.0 };
+    free.min((0.5 * left).max(least))
 }

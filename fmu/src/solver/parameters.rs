@@ -29,7 +29,7 @@ pub struct SolverParameters {
     pub time_scheme: TimeScheme,
     /// Direct solver of the linear systems.
     pub linear_solver: LinearSolverKind,
-    /// Relative error allowed per step in the force [-].
+    /// Relative error of the force that steps are chosen for [-]; one with up to eight times as much is still taken.
     pub tolerance: f64,
     /// Travel of the punch within the first step after a change of its velocity (m).
     pub initial_increment: f64,

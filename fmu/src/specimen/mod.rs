@@ -6,6 +6,8 @@
 
 pub mod derivatives;
 pub mod extrapolation;
+#[cfg(test)]
+mod rollover_tests;
 pub mod sample;
 mod search;
 pub mod setup;

@@ -32,7 +32,7 @@ impl Stepper {
         // Under a fully closed face a far start fails for other reasons, which a shorter step removes if anything does.
         let near = matches!(failure, NewtonFailure::NotConverged { residual, .. } if residual < NEAR);
         let closed =
-            self.conditions.slides.is_empty() && self.conditions.punch.len() == self.surface.nodes().len();
+            self.conditions.slides.is_empty() && self.conditions.punch.len() >= self.surface.face_nodes();
         if closed && !near && task.patience == Patience::Little {
             return Err(failure);
         }

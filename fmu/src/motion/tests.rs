@@ -1,0 +1,61 @@
+//! The punch's motion: first steps, and what is read between the steps.
+
+use crate::parameters::MeshPreset;
+use crate::{Instance, Model, Parameters, Trapezoid};
+
+const VELOCITY: f64 = 1.6e-3;
+
+fn coarse() -> Model {
+    let mut parameters = Parameters::default();
+    parameters.mesh.preset = MeshPreset::Coarse;
+    Model::new(parameters).unwrap()
+}
+
+/// A touch just before a communication point costs as many steps as any other: at most six more, not the twenty
+/// doublings from half the rest of a communication step. Neither does the force behind it change, by 1e-3.
+#[test]
+fn a_touch_just_before_a_communication_point_costs_little() {
+    let model = coarse();
+    let after = |gap: f64| {
+        let mut instance = Instance::new(&model, -1e-4).unwrap();
+        instance.set_displacement(VELOCITY * gap);
+        instance.advance(1e-4 / VELOCITY + gap).unwrap();
+        instance.set_displacement(VELOCITY * 0.1);
+        instance.advance(0.1 - gap).unwrap();
+        (instance.statistics().steps, instance.outputs().force)
+    };
+    let (steps, force) = after(0.05);
+    for gap in [1e-5, 1e-7, 1e-9] {
+        let (close, same) = after(gap);
+        assert!(close <= steps + 6, "{gap} s: {close} steps instead of {steps}");
+        assert!((same - force).abs() < 1e-3 * force, "{gap} s: {same} instead of {force}");
+    }
+}
+
+/// Dissipated energies never fall and their rates are never negative, however finely they are read. Set-up: two cycles
+/// of P2 in 400 results per leg. Tolerance: rounding, 1e-12 of the energy. Only where the velocity changes, and the
+/// state is computed at that very time instead of being read between steps, may the energy fall by the error of that
+/// reading: 1e-4 of it.
+#[test]
+fn dissipations_never_fall() {
+    let model = coarse();
+    let protocol = Trapezoid { cycles: 2, ..Trapezoid::p2() }.protocol().unwrap();
+    let mut instance = Instance::new(&model, protocol.points()[0].1).unwrap();
+    let mut last = instance.outputs();
+    for pair in protocol.points().windows(2) {
+        let ((from, a), (to, b)) = (pair[0], pair[1]);
+        for k in 1..=400 {
+            let part = f64::from(k) / 400.0;
+            instance.set_displacement(a + (b - a) * part);
+            instance.advance(from + part * (to - from) - instance.time()).unwrap();
+            let o = instance.outputs();
+            assert!(o.viscous_dissipation_rate >= 0.0 && o.porous_dissipation_rate >= 0.0, "{o:?}");
+            let slack = if k == 1 { 1e-4 } else { 1e-12 };
+            let falls = |now: f64, before: f64| now < before * (1.0 - slack);
+            let time = instance.time();
+            assert!(!falls(o.viscous_dissipation, last.viscous_dissipation), "{time} s: {last:?} {o:?}");
+            assert!(!falls(o.porous_dissipation, last.porous_dissipation), "{time} s: {last:?} {o:?}");
+            last = o;
+        }
+    }
+}
