@@ -206,9 +206,8 @@ impl Parameters {
 
 /// Radius of a broken edge over the punch's: 60 um of 2 mm.
 const EDGE_RADIUS: f64 = 0.03;
-/// A skeleton is weak in volume where lambda* is below this many instantaneous shear moduli (a negative
-/// ratio of Poisson).
-const WEAK_SKELETON: f64 = 0.5;
+/// A skeleton is weak in volume where lambda* is below this many instantaneous shear moduli: at a ratio of Poisson of 0.2.
+const WEAK_SKELETON: f64 = 1.3;
 
 /// Admissible half-angles of a cone (rad): from 10 degrees to half a degree short of a plane.
 pub(crate) const CONE_HALF_ANGLE: (f64, f64) = (PI / 18.0, PI * 89.5 / 180.0);
