@@ -36,8 +36,10 @@ const RISE_SIGMA: f64 = 6.0;
 const RISE_PART: f64 = 0.01;
 /// An offset of less than this part of the depth, or of the largest force, moves no result.
 const SMALL: f64 = 0.02;
-/// Fewest samples before contact that tell a mean.
-const FEWEST: usize = 5;
+/// Samples that tell where the force begins.
+const BEGINNING: usize = 5;
+/// Fewest samples before the rise that tell its level: one of three may stand alone.
+const FEWEST: usize = 3;
 
 /// Puts displacement and force into the sample's coordinate; returns what is open.
 pub fn settle(m: &mut Measurement, own: Own, reading: &Reading) -> Vec<Question> {
@@ -80,7 +82,7 @@ fn flips(m: &mut Measurement, own: Own, reading: &Reading) -> (bool, bool) {
 
 /// Displacement and force at the largest change of the force from its beginning, where that stands out of the noise.
 fn largest_push(m: &Measurement) -> Option<(f64, f64)> {
-    let start_n = median(&mut m.force_n.get(..FEWEST)?.to_vec());
+    let start_n = median(&mut m.force_n.get(..BEGINNING)?.to_vec());
     let far = (0..m.len())
         .max_by(|&a, &b| (m.force_n[a] - start_n).abs().total_cmp(&(m.force_n[b] - start_n).abs()))?;
     let push = m.force_n[far] - start_n;

@@ -121,6 +121,22 @@ fn layout(lines: &[&str], first: usize, header: usize, delimiter: u8, reading: &
 
 /// Fields of one line.
 pub fn split(line: &str, delimiter: u8) -> Vec<String> {
+    let mut fields = if line.contains('"') {
+        quoted(line, delimiter)
+    } else if line.is_empty() {
+        vec![]
+    } else {
+        line.split(char::from(delimiter)).map(|f| f.trim().to_owned()).collect()
+    };
+    // A separator at the end of every line makes no column.
+    if fields.len() > 1 && fields.last().is_some_and(String::is_empty) {
+        fields.pop();
+    }
+    fields
+}
+
+/// Fields of a line with quotes in it.
+fn quoted(line: &str, delimiter: u8) -> Vec<String> {
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(delimiter)
         .has_headers(false)
@@ -128,12 +144,7 @@ pub fn split(line: &str, delimiter: u8) -> Vec<String> {
         .trim(csv::Trim::All)
         .from_reader(line.as_bytes());
     let record = reader.records().next().and_then(Result::ok).unwrap_or_default();
-    let mut fields: Vec<String> = record.iter().map(str::to_owned).collect();
-    // A separator at the end of every line makes no column.
-    if fields.len() > 1 && fields.last().is_some_and(String::is_empty) {
-        fields.pop();
-    }
-    fields
+    record.iter().map(str::to_owned).collect()
 }
 
 /// How many of the fields are names of columns.

@@ -156,6 +156,10 @@ pub(super) fn holds(test: &TestInspection) -> Option<String> {
     let quartiles = parts.first()?.quartiles_mn.iter().flat_map(|(a, b)| a.iter().chain(b));
     let limits = range(parts.iter().flat_map(|p| &p.force_mn).chain(quartiles));
     let start = parts.iter().filter_map(|p| p.time_s.first()).copied().fold(f64::INFINITY, f64::min);
+    // A hold between two samples has no curve.
+    if start >= first.hold_s {
+        return None;
+    }
     let axis = Axis::log("time since the end of the ramp (s)").with_range(start, first.hold_s);
     let chart = Chart::new(
         "Holds of all cycles",
