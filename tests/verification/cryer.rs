@@ -53,9 +53,9 @@ fn sphere(n: usize) -> (Problem, usize) {
                 let radius = 0.5 * ((1.0 - s) * x[0] + (1.0 + s) * y[0]);
                 let values = [0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)];
                 for (node, value) in [a, m, b].into_iter().zip(values) {
-                    for d in 0..2 {
-                        let unknown = problem.sample.map.unknowns[e][2 * node + d] as usize;
-                        loads[unknown] -= LOAD * TAU * radius * weight * value * normal[d];
+                    let unknowns = &problem.sample.map.unknowns[e][2 * node..];
+                    for (&unknown, normal) in unknowns.iter().zip(normal) {
+                        loads[unknown as usize] -= LOAD * TAU * radius * weight * value * normal;
                     }
                 }
             }

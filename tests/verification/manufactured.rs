@@ -98,7 +98,7 @@ fn errors(case: Case, n: usize, grading: f64, distortion: f64) -> [f64; 4] {
     let mut problem = Problem::new(mesh(n, grading, distortion), &poroelastic(SHEAR, BULK, case.mobility));
     let nodes = problem.sample.mesh.nodes.clone();
     let mut x = vec![0.0; problem.sample.mesh.unknowns()];
-    let edge = |v: f64| v < 1e-9 || v > 1.0 - 1e-9;
+    let edge = |v: f64| !(1e-9..=1.0 - 1e-9).contains(&v);
     for (node, at) in nodes.iter().enumerate() {
         let (first, pressure) =
             (problem.sample.mesh.displacement(node as u32), problem.sample.mesh.pressure(node as u32));

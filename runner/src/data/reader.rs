@@ -205,7 +205,7 @@ fn rows(text: &str, layout: &Layout, columns: &Columns) -> Result<Table, RowFail
         }
         // A separator at the end of every line makes no column.
         let found = record.len()
-            - usize::from(record.len() == columns.all.len() + 1 && record.iter().last() == Some(""));
+            - usize::from(record.len() == columns.all.len() + 1 && record.iter().next_back() == Some(""));
         if found != columns.all.len() {
             if table.has_rows() && is_epilogue(&text[start..], line - layout.skip as u64, layout.delimiter) {
                 break;
