@@ -6,7 +6,7 @@
 //! The model with the effect that the diagnosis finds is taken to be true. For each draw of the noise both models are fitted anew,
 //! by all of the theory, to what the split fits, and predict the rest; beside it what the linearised models make of the same draw.
 
-use runner::data::{SpecimenFiles, Wanted};
+use runner::data::{Reading, SpecimenFiles, Wanted};
 use runner::diagnosis::baseline::{Fit, FitPlan, fit};
 use runner::diagnosis::diagnose::{Effort, diagnose};
 use runner::diagnosis::effect::Candidate;
@@ -34,7 +34,7 @@ fn main() -> Result<(), Error> {
         _ => 20,
     };
     let measured = |file: &String| -> Result<_, Error> {
-        Ok(SpecimenFiles::of(Path::new(file))?.read(Wanted::MotionAndForce)?.measurement)
+        Ok(SpecimenFiles::of(Path::new(file))?.read(Wanted::MotionAndForce, &Reading::default())?.measurement)
     };
     let measurements = arguments.iter().map(measured).collect::<Result<Vec<_>, _>>()?;
     let names = Names { sensitivities: true, ..Names::default() };

@@ -178,6 +178,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         curves,
         runs: RunStatistics { runs, mean_in_flight: 1.0, ..RunStatistics::default() },
         starts: found.records,
+        assumptions: vec![],
         settings: vec![Setting { name: "starts".to_owned(), value: "24, seed 1".to_owned() }],
     }
     .build()?;

@@ -8,6 +8,7 @@
 //! ```
 //! The model is evaluated through the FMU only; the model's library is linked for names, units and protocols.
 
+pub mod assumption;
 pub mod cache;
 pub mod challenge;
 pub mod cli;

@@ -1,7 +1,17 @@
-//! Result files: curves as CSV, and writing that never leaves half a file behind.
+//! Result files: every file that the program writes goes through here. Never half a file, never over anything that
+//! poropunch did not write.
+
+pub mod folder;
+pub mod guard;
+pub mod mark;
+
+pub use folder::Folder;
+pub use guard::{protect, read_input};
 
 use crate::pool::ForceCurve;
 use poropunch::variables;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fmt::Write as _;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -17,20 +27,81 @@ pub struct OutputError {
     pub reason: String,
 }
 
-/// Writes a file whole or not at all; its directory is made if it is not there.
+/// Writes a file whole or not at all, with its mark, and on disk before it takes its name; its directory is made if it is
+/// not there. A file of the same name is replaced only if it carries the mark and is no input of this command.
 ///
 /// # Errors
-/// When the disk is full, permission is missing, ...
+/// When there is something of that name that poropunch did not write, the disk is full, permission is missing, ...
 pub fn write_file(file: &Path, contents: &[u8]) -> Result<(), OutputError> {
-    let attempt = || -> std::io::Result<()> {
-        let directory = file.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let fail = |reason: String| OutputError { file: file.to_owned(), reason };
+    let target = replaceable(file).map_err(fail)?;
+    let attempt = |target: &Path, replaces: bool| -> std::io::Result<()> {
+        let directory = target.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(directory)?;
         let mut temporary = tempfile::Builder::new().permissions(readable()).tempfile_in(directory)?;
-        temporary.write_all(contents)?;
-        temporary.persist(file)?;
-        Ok(())
+        temporary.write_all(&mark::marked(file, contents))?;
+        temporary.as_file().sync_all()?;
+        // What appeared under this name meanwhile is somebody else's.
+        if replaces {
+            temporary.persist(target)?
+        } else {
+            temporary.persist_noclobber(target)?
+        };
+        std::fs::File::open(directory)?.sync_all()
     };
-    attempt().map_err(|e| OutputError { file: file.to_owned(), reason: reason(&e) })
+    attempt(target.as_deref().unwrap_or(file), target.is_some()).map_err(|e| fail(reason(&e)))
+}
+
+/// Checks that a file that is written by other means, the FMU's, may be replaced.
+///
+/// # Errors
+/// As [`write_file`], for something of that name that poropunch did not write.
+pub fn check_replaceable(file: &Path) -> Result<(), OutputError> {
+    replaceable(file).map(drop).map_err(|reason| OutputError { file: file.to_owned(), reason })
+}
+
+/// Gives the mark to a file that the FMU wrote at a place that was free, or that had the mark.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn mark_written(file: &Path) -> Result<(), OutputError> {
+    let write = || std::fs::write(file, mark::marked(file, &std::fs::read(file)?));
+    write().map_err(|e| OutputError { file: file.to_owned(), reason: reason(&e) })
+}
+
+/// The file to be replaced, links resolved; `None` when there is nothing of that name.
+fn replaceable(file: &Path) -> Result<Option<PathBuf>, String> {
+    const OTHER: &str = "choose another with --out, or move it away";
+    if file.symlink_metadata().is_err() {
+        return Ok(None);
+    }
+    let target = file.canonicalize().map_err(|e| format!("it leads nowhere ({e}); {OTHER}"))?;
+    if !target.is_file() {
+        let what = if target.is_dir() { "a directory" } else { "no regular file, perhaps a device" };
+        return Err(format!("it is {what}; {OTHER}"));
+    }
+    if guard::is_input(&target) {
+        return Err("it is an input of this command; choose another with --out".to_owned());
+    }
+    match mark::has_mark(&target) {
+        Ok(true) => Ok(Some(target)),
+        Ok(false) => Err(format!("it is there already and was not written by poropunch; {OTHER}")),
+        Err(e) => Err(format!("it is there already and cannot be read ({e}); {OTHER}")),
+    }
+}
+
+/// JSON of a result that is certain to be read again: a number that is not finite would come out as `null`.
+///
+/// # Errors
+/// Names the field that could not be read back.
+pub fn json<T: Serialize + DeserializeOwned>(file: &Path, value: &T) -> Result<Vec<u8>, OutputError> {
+    let fail = |e: serde_json::Error| OutputError {
+        file: file.to_owned(),
+        reason: format!("the result cannot be kept as JSON, a number in it is not finite: {e}"),
+    };
+    let text = serde_json::to_vec_pretty(value).map_err(fail)?;
+    serde_json::from_slice::<T>(&text).map_err(fail)?;
+    Ok(text)
 }
 
 /// Removes a folder with everything in it.
@@ -122,9 +193,54 @@ mod tests {
     fn an_unwritable_place_is_an_error_with_the_file_name() {
         let directory = tempfile::tempdir().unwrap();
         let blocker = directory.path().join("file");
-        write_file(&blocker, b"x").unwrap();
+        std::fs::write(&blocker, b"x").unwrap();
         let error = write_file(&blocker.join("below"), b"x").unwrap_err();
         assert!(error.to_string().contains("below"));
         assert_eq!(std::fs::read(&blocker).unwrap(), b"x");
+    }
+
+    #[test]
+    fn only_own_files_are_replaced() {
+        let directory = tempfile::tempdir().unwrap();
+        let refused = |name: &str, part: &str| {
+            let error = write_file(&directory.path().join(name), b"x").unwrap_err().to_string();
+            assert!(error.contains(name) && error.contains(part) && error.contains("--out"), "{error}");
+        };
+        let (own, other) = (directory.path().join("own.csv"), directory.path().join("other.csv"));
+        write_file(&own, b"1").unwrap();
+        write_file(&own, b"2").unwrap();
+        assert!(std::fs::read(&own).unwrap().ends_with(b"2"));
+        std::fs::write(&other, "mine").unwrap();
+        refused("other.csv", "not written by poropunch");
+        std::fs::create_dir(directory.path().join("folder")).unwrap();
+        refused("folder", "a directory");
+        // An input stays, whoever wrote it, under any name.
+        let input = directory.path().join("input.csv");
+        write_file(&input, b"1").unwrap();
+        assert!(read_input(&input).is_ok());
+        refused("input.csv", "an input");
+        #[cfg(unix)]
+        {
+            let link = |to: &Path, name: &str| {
+                std::os::unix::fs::symlink(to, directory.path().join(name)).unwrap();
+            };
+            link(&other, "link.csv");
+            refused("link.csv", "not written by poropunch");
+            link(&input, "input_link.csv");
+            refused("input_link.csv", "an input");
+            link(Path::new("/dev/null"), "null.csv");
+            refused("null.csv", "perhaps a device");
+            link(Path::new("nowhere"), "dangling.csv");
+            refused("dangling.csv", "nowhere");
+        }
+        assert_eq!(std::fs::read(&other).unwrap(), b"mine");
+    }
+
+    #[test]
+    fn json_that_could_not_be_read_back_is_refused() {
+        let file = Path::new("result.json");
+        assert!(json(file, &vec![1.0, 2.0]).is_ok());
+        let error = json(file, &vec![1.0, f64::NAN]).unwrap_err().to_string();
+        assert!(error.contains("result.json") && error.contains("not finite"), "{error}");
     }
 }

@@ -28,6 +28,16 @@ pub enum SettingError {
         /// Reason.
         source: UnitError,
     },
+    /// A number that may mean two things.
+    #[error("{name}: `{value}` has no unit; write for example {name}={value}{example}")]
+    NoUnit {
+        /// Name of the parameter.
+        name: String,
+        /// As written.
+        value: String,
+        /// A unit that would be understood.
+        example: String,
+    },
     /// A text, which is no number.
     #[error("{name} is a text and cannot be set as a number; fields are written by `simulate --fields PATH`")]
     Text {
@@ -99,10 +109,10 @@ pub fn variable_named<'a>(wiring: &'a Wiring, name: &str) -> Result<&'a ScalarVa
     })
 }
 
-/// A value for a variable, in the FMU's unit. A bare number is in the FMU's unit already (SI for poropunch).
+/// A value for a variable, in the FMU's unit. Where the variable has a unit, the value needs one (0 is 0 in all of them).
 ///
 /// # Errors
-/// When it cannot be read or is not admissible.
+/// When it cannot be read, has no unit or is not admissible.
 pub fn number_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingError> {
     let text = text.trim();
     let (name, value) = (variable.name.clone(), text.to_owned());
@@ -125,18 +135,7 @@ pub fn number_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingEr
             let integer = text.parse::<i32>().map_err(|_| SettingError::NotAnInteger { name, value })?;
             f64::from(integer)
         }
-        VariableKind::Real => {
-            let unit = variable.unit.as_deref().and_then(Unit::parse);
-            let wrong = |source| SettingError::Unit { name: variable.name.clone(), source };
-            let bare = text.parse::<f64>().ok().filter(|v| v.is_finite());
-            match (bare, unit) {
-                (Some(value), _) => value,
-                (None, unit) => {
-                    let si = parse_quantity(text, unit.map(|u| u.dimension)).map_err(wrong)?;
-                    unit.map_or(si, |u| si / u.factor)
-                }
-            }
-        }
+        VariableKind::Real => real_in(variable, text)?,
         VariableKind::String => return Err(SettingError::Text { name }),
     };
     let (min, max) = (variable.min.unwrap_or(f64::NEG_INFINITY), variable.max.unwrap_or(f64::INFINITY));
@@ -145,6 +144,53 @@ pub fn number_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingEr
     }
     let unit = variable.unit.clone().unwrap_or_default();
     Err(SettingError::OutOfRange { name: variable.name.clone(), value: number, min, max, unit })
+}
+
+fn real_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingError> {
+    let name = || variable.name.clone();
+    let own = variable.unit.as_deref().filter(|unit| *unit != "1");
+    let unit = variable.unit.as_deref().and_then(Unit::parse);
+    match (text.parse::<f64>().ok().filter(|v| v.is_finite()), own) {
+        (Some(value), Some(_)) if value != 0.0 => {
+            let example = variable.display_unit.clone().or(variable.unit.clone()).unwrap_or_default();
+            return Err(SettingError::NoUnit { name: name(), value: text.to_owned(), example });
+        }
+        (Some(value), _) => return Ok(value),
+        _ => {}
+    }
+    // Units that the FMU itself names need no table.
+    let display = variable.display_unit.as_deref().map(|unit| (unit, variable.display_factor));
+    for (symbol, factor) in display.into_iter().chain(own.map(|unit| (unit, 1.0))) {
+        let number = text.strip_suffix(symbol).and_then(|t| t.trim().parse::<f64>().ok());
+        if let Some(value) = number.filter(|v| v.is_finite()) {
+            return Ok(value / factor);
+        }
+    }
+    let wrong = |source| SettingError::Unit { name: name(), source };
+    let si = parse_quantity(text, unit.map(|u| u.dimension)).map_err(wrong)?;
+    Ok(unit.map_or(si, |u| si / u.factor))
+}
+
+/// A value for people, as [`number_in`] reads it: in the display unit, items and truth by their names.
+pub fn shown(variable: &ScalarVariable, value: f64) -> (String, String) {
+    // Avoids 9.999999e-1 after the change of unit.
+    let short = |v: f64| {
+        let rounded: f64 = format!("{v:.9e}").parse().unwrap_or(v);
+        let plain = rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs());
+        if plain { format!("{rounded}") } else { format!("{rounded:e}") }
+    };
+    let unit = |unit: &Option<String>| unit.clone().filter(|u| u != "1").unwrap_or_default();
+    match variable.kind {
+        VariableKind::Boolean => ((value != 0.0).to_string(), String::new()),
+        VariableKind::Enumeration => {
+            let item = variable.items.iter().find(|(_, number)| f64::from(*number) == value);
+            (item.map_or_else(|| short(value), |(name, _)| name.clone()), String::new())
+        }
+        _ if variable.display_unit.is_some() => {
+            (short(value * variable.display_factor), unit(&variable.display_unit))
+        }
+        _ => (short(value), unit(&variable.unit)),
+    }
 }
 
 /// Values of several `NAME=VALUE[UNIT]`, in the FMU's units. A later one overrides an earlier one.

@@ -54,6 +54,7 @@ pub const UNITS: &[Unit] = units! {
     "s" Time 1.0; "ms" Time 1e-3; "us" Time 1e-6; "min" Time 60.0; "h" Time 3600.0;
     "m/s" Speed 1.0; "mm/s" Speed 1e-3; "um/s" Speed 1e-6;
     "N" Force 1.0; "mN" Force 1e-3; "uN" Force 1e-6; "nN" Force 1e-9; "kN" Force 1e3;
+    "gf" Force 9.806_65e-3; "kgf" Force 9.806_65;
     "Pa" Pressure 1.0; "hPa" Pressure 1e2; "kPa" Pressure 1e3; "MPa" Pressure 1e6; "GPa" Pressure 1e9;
     "Pa.s" Viscosity 1.0; "mPa.s" Viscosity 1e-3; "kPa.s" Viscosity 1e3;
     "J" Energy 1.0; "mJ" Energy 1e-3; "uJ" Energy 1e-6; "nJ" Energy 1e-9;

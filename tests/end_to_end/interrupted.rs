@@ -10,7 +10,14 @@ use std::time::{Duration, Instant};
 fn slow_fit<'a>(data: &'a str, fmu: &'a str, out: &'a str) -> Vec<&'a str> {
     let mut arguments = vec!["identify", data, "--fmu", fmu, "--out", out, "--jobs", "2"];
     arguments.extend(["--free", "k_slow,k_fast,tau", "--set", "delay_ms=1"]);
-    arguments.extend(["--bounds", "k_slow=0.1:100", "--bounds", "k_fast=0.1:100", "--bounds", "tau=0.05:50"]);
+    arguments.extend([
+        "--bounds",
+        "k_slow=0.1:100",
+        "--bounds",
+        "k_fast=0.1:100",
+        "--bounds",
+        "tau=0.05:50s",
+    ]);
     arguments.extend(WIRING);
     arguments
 }

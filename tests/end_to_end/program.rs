@@ -31,9 +31,19 @@ pub fn succeed(arguments: &[&str]) -> String {
 pub fn fail(arguments: &[&str]) -> String {
     let output = run(arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}\n{error}");
+    assert!(matches!(output.status.code(), Some(1 | 2 | 4)), "{arguments:?}\n{error}");
     assert!(error.starts_with("error: ") && !error.contains("panicked"), "{error}");
     error
+}
+
+/// Runs to the end and demands an exit code; returns what it printed and what it complained of.
+pub fn refuse(code: i32, arguments: &[&str]) -> String {
+    let output = run(arguments);
+    let both =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{both}");
+    assert!(!both.contains("panicked"), "{both}");
+    both
 }
 
 /// An empty directory for a test.

@@ -79,7 +79,7 @@ fn measured(folder: &Path, name: &str, motion: &str, set: &[&str], reading: Read
 }
 
 /// A gel whose skeleton gives way and that water leaves within seconds: there drainage matters.
-const DRAINING: [&str; 2] = ["material.lambda_star=1e3", "material.permeability=1e-7mm^2"];
+const DRAINING: [&str; 2] = ["material.lambda_star=1e3Pa", "material.permeability=1e-7mm^2"];
 
 /// Diagnoses tests of which each has its own settings beside those of all; what was printed, and the report.
 fn diagnosed(then: Then, all: &[&str], tests: &[&[&str]], reading: Reading) -> (String, Value) {
@@ -135,7 +135,8 @@ fn a_cause_outside_the_catalogue_is_none_of_these() {
     let (printed, found) = diagnosed(Then::Hold, &[], &[&[]], gain);
     assert_eq!(found["verdict"]["kind"], "none of these", "{printed}");
     assert_eq!(found["verdict"]["effects"].as_array().unwrap().len(), 0);
-    assert!(printed.starts_with("None of these"), "{printed}");
+    // Behind the warning about geometry that was not given.
+    assert!(printed.lines().any(|l| l.starts_with("None of these")), "{printed}");
 }
 
 #[test]
@@ -146,14 +147,14 @@ fn third_branch() {
         Some(2.0),
         Then::Hold,
         &[],
-        &[&["material.branch[3].mu=-80", "material.branch[3].eta=1.2e4"]],
+        &[&["material.branch[3].mu=-80Pa", "material.branch[3].eta=1.2e4Pa.s"]],
     );
 }
 
 #[test]
 #[ignore = "long: a diagnosis"]
 fn eyring() {
-    recovers("eyring", Some(7.0), Then::Hold, &[], &[&["effect.eyring.inverse_stress=3.5e-2"]]);
+    recovers("eyring", Some(7.0), Then::Hold, &[], &[&["effect.eyring.inverse_stress=3.5e-2 1/Pa"]]);
 }
 
 #[test]
@@ -165,7 +166,7 @@ fn permeability() {
 #[test]
 #[ignore = "long: a diagnosis"]
 fn lambda_star() {
-    recovers("lambda_star", Some(1.0), Then::Hold, &DRAINING[1..], &[&["material.lambda_star=2e3"]]);
+    recovers("lambda_star", Some(1.0), Then::Hold, &DRAINING[1..], &[&["material.lambda_star=2e3Pa"]]);
 }
 
 #[test]
@@ -176,7 +177,7 @@ fn softening() {
 #[test]
 #[ignore = "long: a diagnosis"]
 fn modulus_drift() {
-    recovers("modulus_drift", None, Then::LongHold, &[], &[&["effect.modulus_drift.rate=4e-4"]]);
+    recovers("modulus_drift", None, Then::LongHold, &[], &[&["effect.modulus_drift.rate=4e-4 1/s"]]);
 }
 
 #[test]
@@ -206,13 +207,13 @@ fn drainage() {
 #[test]
 #[ignore = "long: a diagnosis"]
 fn adhesion() {
-    recovers("adhesion", None, Then::Withdrawal, &[], &[&["effect.adhesion.strength=200"]]);
+    recovers("adhesion", None, Then::Withdrawal, &[], &[&["effect.adhesion.strength=200Pa"]]);
 }
 
 #[test]
 #[ignore = "long: a diagnosis"]
 fn offset() {
-    recovers("offset", Some(2.5), Then::Hold, &[], &[&["effect.offset.height=5e-5"]]);
+    recovers("offset", Some(2.5), Then::Hold, &[], &[&["effect.offset.height=0.05mm"]]);
 }
 
 #[test]
@@ -223,19 +224,19 @@ fn amplitude() {
 
 #[test]
 fn compliance() {
-    recovers("compliance", Some(2.0), Then::Hold, &[], &[&["effect.compliance.per_newton=4e-3"]]);
+    recovers("compliance", Some(2.0), Then::Hold, &[], &[&["effect.compliance.per_newton=4e-3mm/mN"]]);
 }
 
 #[test]
 #[ignore = "long: a diagnosis"]
 fn load_cell_drift() {
-    recovers("load_cell_drift", Some(5.0), Then::LongHold, &[], &[&["effect.load_cell_drift.rate=1e-5"]]);
+    recovers("load_cell_drift", Some(5.0), Then::LongHold, &[], &[&["effect.load_cell_drift.rate=1e-5N/s"]]);
 }
 
 #[test]
 #[ignore = "long: a diagnosis"]
 fn load_cell_lag() {
-    recovers("load_cell_lag", Some(2.0), Then::Hold, &[], &[&["effect.load_cell_lag.time=0.1"]]);
+    recovers("load_cell_lag", Some(2.0), Then::Hold, &[], &[&["effect.load_cell_lag.time=0.1s"]]);
 }
 
 #[test]
@@ -259,7 +260,7 @@ fn traction() {
 /// Goal: of two effects both are named. Set-up: as the others, with a lag of 0.1 s and a surface that is 60 um higher.
 #[test]
 fn a_pair() {
-    let both = ["effect.load_cell_lag.time=0.1", "effect.offset.height=6e-5"];
+    let both = ["effect.load_cell_lag.time=0.1s", "effect.offset.height=0.06mm"];
     let (printed, found) = diagnosed(Then::Hold, &[], &[&both], |_, force_mn| force_mn);
     assert_eq!(found["verdict"]["kind"], "pair", "{printed}");
     let mut named = named(&found);

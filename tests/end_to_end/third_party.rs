@@ -94,6 +94,6 @@ fn missing_names_units_and_bounds_are_explained() {
     assert!(error.contains("tau has no bounds") && error.contains("--bounds tau=LOWER:UPPER"), "{error}");
     let error = with(&[&WIRING[..], &["--free", "taw"]].concat());
     assert!(error.contains("did you mean tau"), "{error}");
-    let error = with(&[&WIRING[..], &["--free", "tau", "--bounds", "tau=3:9"]].concat());
+    let error = with(&[&WIRING[..], &["--free", "tau", "--bounds", "tau=3:9s"]].concat());
     assert!(error.contains("outside its bounds"), "{error}");
 }

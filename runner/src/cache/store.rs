@@ -17,9 +17,32 @@ const HASH_LENGTH: usize = 32;
 pub struct Cache {
     engine: EngineId,
     directory: Option<PathBuf>,
-    memory: Mutex<HashMap<Key, Outcome>>,
+    memory: Mutex<Memory>,
     counts: Counts,
     trouble: Mutex<Option<String>>,
+}
+
+/// Memory that runs which are on disk too may take (bytes); beyond it they are read from disk again.
+const MEMORY_BYTES: usize = 256 << 20;
+
+#[derive(Debug, Default)]
+struct Memory {
+    runs: HashMap<Key, Outcome>,
+    /// Size of the runs that are on disk too.
+    bytes: usize,
+}
+
+impl Memory {
+    fn insert(&mut self, key: Key, outcome: &Outcome, on_disk: bool) {
+        let size = |curve: &ForceCurve| 8 * curve.time_s.len() * (2 + curve.values.len());
+        if on_disk {
+            self.bytes += outcome.as_ref().map_or(0, |curve| size(curve)) + 256;
+        }
+        if self.bytes > MEMORY_BYTES {
+            *self = Self::default();
+        }
+        self.runs.insert(key, outcome.clone());
+    }
 }
 
 #[derive(Debug, Default)]
@@ -71,13 +94,13 @@ impl Cache {
 
     /// The outcome of an earlier run.
     pub fn get(&self, key: Key) -> Option<Outcome> {
-        if let Some(outcome) = self.memory().get(&key) {
+        if let Some(outcome) = self.memory().runs.get(&key) {
             self.counts.memory_hits.fetch_add(1, Ordering::Relaxed);
             return Some(outcome.clone());
         }
         let outcome = self.load(key)?;
         self.counts.disk_hits.fetch_add(1, Ordering::Relaxed);
-        self.memory().insert(key, outcome.clone());
+        self.memory().insert(key, &outcome, true);
         Some(outcome)
     }
 
@@ -93,8 +116,9 @@ impl Cache {
         if matches!(outcome, Err(RunFailure::Engine(_))) {
             return;
         }
-        self.memory().insert(key, outcome.clone());
-        if let Err(error) = self.save(key, outcome) {
+        let saved = self.save(key, outcome);
+        self.memory().insert(key, outcome, matches!(saved, Ok(true)));
+        if let Err(error) = saved {
             let mut trouble = self.trouble.lock().unwrap_or_else(PoisonError::into_inner);
             trouble.get_or_insert_with(|| error.to_string());
         }
@@ -119,7 +143,7 @@ impl Cache {
         }
     }
 
-    fn memory(&self) -> std::sync::MutexGuard<'_, HashMap<Key, Outcome>> {
+    fn memory(&self) -> std::sync::MutexGuard<'_, Memory> {
         self.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -136,15 +160,15 @@ impl Cache {
         outcome
     }
 
-    /// Into a temporary file, to disk, then in place by renaming: whole or not at all.
-    fn save(&self, key: Key, outcome: &Outcome) -> std::io::Result<()> {
-        let (Some(path), Some(directory)) = (self.path(key), &self.directory) else { return Ok(()) };
+    /// Into a temporary file, to disk, then in place by renaming: whole or not at all. Whether there is a disk.
+    fn save(&self, key: Key, outcome: &Outcome) -> std::io::Result<bool> {
+        let (Some(path), Some(directory)) = (self.path(key), &self.directory) else { return Ok(false) };
         let bytes = encode(key, outcome).map_err(std::io::Error::other)?;
         let mut file = tempfile::NamedTempFile::new_in(directory)?;
         file.write_all(&bytes)?;
         file.as_file().sync_data()?;
         file.persist(path)?;
-        Ok(())
+        Ok(true)
     }
 }
 
@@ -225,6 +249,26 @@ mod tests {
         }
         let s = open().statistics();
         assert_eq!((s.runs, s.disk_hits), (0, 0));
+    }
+
+    #[test]
+    fn memory_is_bounded_by_what_is_on_disk() {
+        let mut memory = Memory::default();
+        let points = 1 << 20;
+        let curve = ForceCurve { time_s: vec![0.0; points], ..ForceCurve::default() };
+        let large: Outcome = Ok(Arc::new(curve));
+        let cache = Cache::new(engine(), None).unwrap();
+        let mut most = 0;
+        for i in 0..40 {
+            memory.insert(cache.key(&job(f64::from(i))), &large, true);
+            most = most.max(memory.runs.len());
+            assert!(memory.bytes <= MEMORY_BYTES);
+        }
+        assert!((8..=17).contains(&most), "{most}");
+        // What is nowhere else stays.
+        let mut memory = Memory::default();
+        (0..40).for_each(|i| memory.insert(cache.key(&job(f64::from(i))), &large, false));
+        assert_eq!(memory.runs.len(), 40);
     }
 
     #[test]

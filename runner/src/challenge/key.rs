@@ -94,7 +94,9 @@ pub fn open(path: &Path, cases: &Path) -> Result<Key, KeyError> {
         |path: &Path| std::fs::read(path).map_err(|source| KeyError::Io { path: path.to_owned(), source });
     let bytes = read(path)?;
     let seal = cases.join(SEAL);
-    let sealed = String::from_utf8_lossy(&read(&seal)?).trim().to_owned();
+    let sealed = read(&seal)?;
+    let sealed = String::from_utf8_lossy(&sealed);
+    let sealed = sealed.lines().rfind(|line| !line.starts_with('#')).unwrap_or("").trim().to_owned();
     let found = hash(&bytes);
     if found != sealed {
         return Err(KeyError::Seal { path: path.to_owned(), seal, found, sealed });

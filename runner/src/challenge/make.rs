@@ -5,10 +5,11 @@ use super::key::{Key, SEAL, Solution, hash};
 use super::oracle::visibility;
 use super::simulate::{Test, Truth, start, tests};
 use super::specimens::{csv, measured_n};
-use crate::data::{DataError, SpecimenFiles, Wanted};
+use crate::data::{DataError, Wanted, read_str};
 use crate::engine::Engine;
 use crate::fit::EvaluationFailure;
 use crate::objective::{DatasetError, ParameterError};
+use crate::output::mark::marked;
 use crate::output::{OutputError, remove_folder, write_file};
 use crate::pool::RunFailure;
 use poropunch::motion::protocol::ProtocolError;
@@ -99,7 +100,7 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
         cases.push(solution);
     }
     let key = Key { schema: "poropunch.challenge/1".to_owned(), seed: plan.seed, cycles: plan.cycles, cases };
-    let bytes = serde_json::to_vec(&key)?;
+    let bytes = marked(plan.key, &serde_json::to_vec(&key)?).into_owned();
     write_file(plan.key, &bytes)?;
     write_file(&plan.out.join(SEAL), format!("{}\n", hash(&bytes)).as_bytes())?;
     Ok(())
@@ -143,8 +144,9 @@ fn one(engine: &Engine, plan: &Plan, tests: &[Test; 2], drawn: Drawn) -> Result<
     let mut measurements = Vec::new();
     for (test, measured) in tests.iter().zip(&measured) {
         let path = folder.join(format!("{}.csv", test.name));
-        write_file(&path, csv(test, measured).as_bytes())?;
-        measurements.push(SpecimenFiles::of(&path)?.read(Wanted::MotionAndForce)?.measurement);
+        let text = csv(test, measured);
+        write_file(&path, text.as_bytes())?;
+        measurements.push(read_str(&text, &path, Wanted::MotionAndForce)?);
     }
     let all_mn =
         |reading: &Vec<Vec<f64>>| -> Vec<f64> { reading.iter().flatten().map(|f| f * 1e3).collect() };

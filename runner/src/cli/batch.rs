@@ -1,18 +1,21 @@
 //! `runner batch`: many parameter sets, one protocol, all cores.
 
+use super::assumed;
 use super::engine_args::EngineArguments;
+use super::parameter_sets::{ParameterSets, Set};
 use super::progress::Progress;
 use super::protocols::motion;
 use super::{CliResult, Ending};
+use crate::data::Reading;
 use crate::engine::Engine;
-use crate::output::{curve_csv, write_file};
-use crate::pool::{Job, Priority, Run, RunFailure};
+use crate::output::{Folder, curve_csv};
+use crate::pool::{Job, Outcome, Priority, RunFailure};
 use crate::score::Shape;
-use crate::setting::{number_in, settings_from, variable_named};
+use crate::setting::{settings_from, shown, variable_named};
 use clap::Args;
-use std::collections::BTreeMap;
-use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::collections::VecDeque;
+use std::fs::File;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -32,116 +35,127 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "force_solid,force_fluid")]
     record: Vec<String>,
     /// Number of output times for P1 and P2
-    #[arg(long, value_name = "N", default_value_t = 300)]
+    #[arg(long, value_name = "N", default_value_t = 300, value_parser = super::count::points)]
     points: usize,
     #[command(flatten)]
     engine: EngineArguments,
 }
 
-/// One row of the file.
-struct Set {
-    name: String,
-    parameters: BTreeMap<String, f64>,
-}
+/// Runs that wait or are under way for each instance: enough that none is idle, few enough for any length of table.
+const AHEAD: usize = 4;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
-    let motion = motion(&arguments.protocol, None, arguments.points)?;
+    let motion = motion(&arguments.protocol, None, arguments.points, &Reading::default())?;
     let cache = arguments.out.join("cache");
     let engine = arguments.engine.engine(&arguments.record, false, Some(cache), stop)?;
     let common = settings_from(engine.wiring(), &arguments.engine.settings())?;
-    let sets = read_sets(&arguments.sets, &engine, &common)?;
+    let sets = ParameterSets::open(&arguments.sets, &engine)?;
+    for line in assumed::lines(&engine, &common, &sets.parameters()) {
+        say!("{line}");
+    }
+    let folder = Folder::begin(&arguments.out, "batch")?;
+    let mut summary = Summary::begin(&folder, &engine, &sets)?;
     let submit = |set: &Set| {
         let (protocol, time_s) = (Arc::clone(&motion.protocol), Arc::clone(&motion.time_s));
-        engine.submit(&Job { parameters: set.parameters.clone(), protocol, time_s }, Priority::Urgent)
+        engine.submit(&Job { parameters: set.over(&common), protocol, time_s }, Priority::Urgent)
     };
-    let runs: Vec<Run> = sets.iter().map(submit).collect();
 
-    let progress = Progress::of_runs(sets.len() as u64);
-    let mut summary =
-        "name,status,peak_force_mN,peak_time_s,last_force_mN,relaxation_percent,reason\n".to_owned();
-    let mut failed = 0;
-    for (set, run) in sets.iter().zip(&runs) {
-        match run.wait() {
-            Ok(curve) => {
-                let comment = format!("run {} of {}", set.name, arguments.sets.display());
-                let file = arguments.out.join(format!("{}.csv", set.name));
-                write_file(&file, curve_csv(&curve, &[comment]).as_bytes())?;
-                let shape = Shape::of(&curve.time_s, curve.force_n());
-                let (peak, last) =
-                    (shape.peak_n * 1e3, curve.force_n().last().copied().unwrap_or_default() * 1e3);
-                let relaxation = shape.relaxation * 100.0;
-                let _ =
-                    writeln!(summary, "{},ok,{peak},{},{last},{relaxation},", set.name, shape.peak_time_s);
-            }
-            Err(RunFailure::Cancelled) => {
-                let _ = writeln!(summary, "{},cancelled,,,,,", set.name);
-            }
-            Err(failure) => {
-                failed += 1;
-                let reason = failure.to_string().replace('"', "'");
-                let _ = writeln!(summary, "{},failed,,,,,\"{reason}\"", set.name);
-            }
+    let progress = Progress::of_runs(sets.count as u64);
+    let (mut failed, mut under_way) = (0, VecDeque::new());
+    let mut rows = sets.rows()?;
+    loop {
+        while under_way.len() < AHEAD * engine.pool().size()
+            && let Some(set) = rows.next().transpose()?
+        {
+            under_way.push_back((submit(&set), set));
         }
+        let Some((run, set)) = under_way.pop_front() else { break };
+        let outcome = run.wait();
+        if let Ok(curve) = &outcome {
+            let values = summary.values(&set);
+            let assignments =
+                summary.columns.iter().zip(&values).map(|(name, value)| format!("{name} = {value}"));
+            let comments = [
+                format!("run {} of {}", set.name, arguments.sets.display()),
+                assignments.collect::<Vec<_>>().join(", "),
+            ];
+            folder.write(&format!("{}.csv", set.name), curve_csv(curve, &comments).as_bytes())?;
+        }
+        failed += usize::from(matches!(&outcome, Err(f) if *f != RunFailure::Cancelled));
+        summary.add(&set, &outcome)?;
         progress.advance();
     }
     progress.finish();
-    let file = arguments.out.join("summary.csv");
-    write_file(&file, summary.as_bytes())?;
-    say!("{} runs, {failed} failed; wrote {}", sets.len(), file.display());
+    say!("{} runs, {failed} failed; wrote {}", sets.count, arguments.out.join(SUMMARY).display());
     if let Some(trouble) = engine.cache().trouble() {
         eprintln!("warning: runs could not be kept in the cache: {trouble}");
     }
     Ok(if engine.is_stopped() { Ending::Interrupted } else { Ending::Complete })
 }
 
-fn read_sets(
-    file: &Path,
-    engine: &Engine,
-    common: &BTreeMap<String, f64>,
-) -> Result<Vec<Set>, Box<dyn std::error::Error>> {
-    let at = |line: u64, what: String| format!("{}, line {line}: {what}", file.display());
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_path(file)?;
-    let header = reader.headers()?.clone();
-    let header_line = header.position().map_or(1, csv::Position::line);
-    let mut columns = Vec::new();
-    for text in header.iter().map(|h| h.trim_start_matches('\u{feff}')) {
-        // Parameter names hold brackets themselves: a unit is what follows a space.
-        let (name, unit) = text.split_once([' ', '\t']).map_or((text, ""), |(n, u)| (n, u.trim()));
-        let unit = unit.trim_matches(['[', ']', '(', ')']).to_owned();
-        if name != "name" {
-            variable_named(engine.wiring(), name).map_err(|e| at(header_line, e.to_string()))?;
-        }
-        columns.push((name.to_owned(), unit));
-    }
-    let mut sets = Vec::new();
-    for record in reader.records() {
-        let record = record?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let mut set = Set { name: format!("{:04}", sets.len() + 1), parameters: common.clone() };
-        for ((name, unit), field) in columns.iter().zip(&record) {
-            if name == "name" {
-                set.name = file_name(field);
-                continue;
-            }
-            let variable = variable_named(engine.wiring(), name)?;
-            let value =
-                number_in(variable, &format!("{field}{unit}")).map_err(|e| at(line, e.to_string()))?;
-            set.parameters.insert(name.clone(), value);
-        }
-        if sets.iter().any(|s: &Set| s.name == set.name) {
-            return Err(at(line, format!("a second run is called `{}`", set.name)).into());
-        }
-        sets.push(set);
-    }
-    if sets.is_empty() {
-        return Err(format!("{}: there is no parameter set in the file", file.display()).into());
-    }
-    Ok(sets)
+const SUMMARY: &str = "summary.csv";
+
+/// One line per run, written as soon as the run and those before it have ended.
+struct Summary<'a> {
+    engine: &'a Engine,
+    /// Parameters with their units.
+    columns: Vec<String>,
+    out: csv::Writer<File>,
 }
 
-/// A name that is safe as a file name.
-fn file_name(text: &str) -> String {
-    let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '_' };
-    text.chars().map(safe).collect::<String>().trim_start_matches('.').to_owned()
+impl<'a> Summary<'a> {
+    fn begin(
+        folder: &Folder,
+        engine: &'a Engine,
+        sets: &ParameterSets,
+    ) -> Result<Self, Box<dyn std::error::Error>> {
+        let column = |name: &&str| {
+            let unit = variable_named(engine.wiring(), name).map(|v| shown(v, 0.0).1).unwrap_or_default();
+            if unit.is_empty() { (*name).to_owned() } else { format!("{name} [{unit}]") }
+        };
+        let columns: Vec<String> = sets.parameters().iter().map(column).collect();
+        let mut out = csv::Writer::from_writer(folder.stream(SUMMARY)?);
+        let shape = ["peak_force_mN", "peak_time_s", "last_force_mN", "relaxation_percent", "reason"];
+        out.write_record(
+            ["name", "status"].into_iter().chain(columns.iter().map(String::as_str)).chain(shape),
+        )?;
+        out.flush()?;
+        Ok(Self { engine, columns, out })
+    }
+
+    /// Values of a row in the units of the columns.
+    fn values(&self, set: &Set) -> Vec<String> {
+        let value = |(name, value): &(String, f64)| {
+            variable_named(self.engine.wiring(), name).map(|v| shown(v, *value).0).unwrap_or_default()
+        };
+        set.values.iter().map(value).collect()
+    }
+
+    fn add(&mut self, set: &Set, outcome: &Outcome) -> Result<(), Box<dyn std::error::Error>> {
+        let mut fields = vec![set.name.clone()];
+        fields.push(match outcome {
+            Ok(_) => "ok".to_owned(),
+            Err(RunFailure::Cancelled) => "cancelled".to_owned(),
+            Err(_) => "failed".to_owned(),
+        });
+        fields.extend(self.values(set));
+        match outcome {
+            Ok(curve) => {
+                let shape = Shape::of(&curve.time_s, curve.force_n());
+                let last = curve.force_n().last().copied().unwrap_or_default();
+                let numbers = [shape.peak_n * 1e3, shape.peak_time_s, last * 1e3, shape.relaxation * 100.0];
+                // A relaxation without a peak is no number, and a table has no word for it.
+                fields.extend(numbers.map(|v| if v.is_finite() { v.to_string() } else { String::new() }));
+                fields.push(String::new());
+            }
+            Err(failure) => {
+                fields.extend(std::iter::repeat_n(String::new(), 4));
+                let stopped = *failure == RunFailure::Cancelled;
+                fields.push(if stopped { String::new() } else { failure.to_string() });
+            }
+        }
+        self.out.write_record(&fields)?;
+        Ok(self.out.flush()?)
+    }
 }

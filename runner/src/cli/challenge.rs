@@ -9,8 +9,9 @@ use crate::challenge::key::{SEAL, open};
 use crate::challenge::make::{Plan, make};
 use crate::challenge::score::score;
 use crate::challenge::table::markdown;
+use crate::data::Reading;
 use crate::diagnosis::result::Diagnosis;
-use crate::output::write_file;
+use crate::output::{json, write_file};
 use crate::setting::settings_from;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
@@ -71,7 +72,7 @@ struct Answer {
     #[arg(long)]
     quick: bool,
     /// Largest number of evaluations of each fit
-    #[arg(long, value_name = "N", default_value_t = 40)]
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = super::count::evaluations)]
     max_evaluations: usize,
     /// Where runs are kept; without it, no run outlasts its case
     #[arg(long, value_name = "DIR")]
@@ -173,13 +174,14 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
             fix: vec![],
             start: vec![],
             max_evaluations: arguments.max_evaluations,
+            reading: Reading::default(),
             engine: arguments.engine.clone(),
         };
         let command = std::env::args().collect::<Vec<_>>().join(" ");
         let Some(diagnosis) = diagnosis_of(&asked, tests_of(&asked)?, command, stop)? else {
             return Ok(Ending::Interrupted);
         };
-        write_file(&file, &serde_json::to_vec(&diagnosis)?)?;
+        write_file(&file, &json(&file, &diagnosis)?)?;
         say!("{id}: {} ({:.0} s)", diagnosis.verdict.text, diagnosis.seconds);
     }
     Ok(Ending::Complete)

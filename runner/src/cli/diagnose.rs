@@ -1,10 +1,15 @@
 //! `runner diagnose`: measurements in, what the model lacks out.
 
+use super::assumed;
 use super::engine_args::{EngineArguments, show_notes};
 use super::identify::sample_height;
+use super::idle;
+use super::kept_command::KeptCommand;
 use super::progress::Progress;
 use super::{CliResult, Ending};
-use crate::data::{DataError, SpecimenFiles, Synchronised, Wanted};
+use crate::assumption;
+use crate::data::measurement::DOUBT;
+use crate::data::{DataError, Measurement, Reading, Synchronised, Wanted, read_tests};
 use crate::diagnosis::baseline::FitFailure;
 use crate::diagnosis::diagnose::{DiagnosisError, Effort, diagnose};
 use crate::diagnosis::page::page;
@@ -17,7 +22,7 @@ use crate::fit::{EvaluationFailure, FitError};
 use crate::inspection::{Options, examine};
 use crate::noise::observation::observe;
 use crate::objective::{ParameterMap, Requests};
-use crate::output::write_file;
+use crate::output::{Folder, json, protect};
 use crate::pool::{Job, Priority, RunFailure};
 use crate::setting::settings_from;
 use clap::Args;
@@ -58,8 +63,10 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME=VALUE[UNIT]")]
     pub(super) start: Vec<String>,
     /// Largest number of evaluations of each fit (those inside a Jacobian are not counted)
-    #[arg(long, value_name = "N", default_value_t = 40)]
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = super::count::evaluations)]
     pub(super) max_evaluations: usize,
+    #[command(flatten)]
+    pub(super) reading: Reading,
     #[command(flatten)]
     pub(super) engine: EngineArguments,
 }
@@ -69,41 +76,31 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     if let Some(file) = &arguments.published {
         return ratios_of(file, arguments, stop);
     }
-    let begun = arguments.resume.then(|| begun(&arguments.out)).transpose()?;
-    let (words, arguments) = match &begun {
-        Some((words, arguments)) => (words.clone(), arguments.as_ref()),
-        None => (std::env::args().collect(), arguments),
+    let begun = arguments.resume.then(|| KeptCommand::load(&arguments.out)).transpose()?;
+    let (kept, arguments) = match &begun {
+        Some((kept, arguments)) => (kept.clone(), arguments.as_ref()),
+        None => (KeptCommand::of(&arguments.measurements)?, arguments),
     };
     let tests = tests_of(arguments)?;
-    write_file(&arguments.out.join(COMMAND), &serde_json::to_vec_pretty(&words)?)?;
-    let found = diagnosis_of(arguments, tests, words.join(" "), stop)?;
+    let take = if begun.is_some() { Folder::resume } else { Folder::begin };
+    let folder = take(&arguments.out, "diagnose")?;
+    kept.save(&folder)?;
+    let found = diagnosis_of(arguments, tests, kept.words.join(" "), stop)?;
     let Some(diagnosis) = found else { return Ok(Ending::Interrupted) };
+    let doubts = diagnosis.warnings.iter().filter(|w| w.contains(DOUBT)).map(|w| format!("warning: {w}"));
+    for line in assumption::lines(&diagnosis.assumptions, 80).into_iter().chain(doubts) {
+        say!("{line}");
+    }
     say!("{}", table(&diagnosis));
-    let json = serde_json::to_string_pretty(&diagnosis)?;
-    write_file(&arguments.out.join("diagnosis.json"), json.as_bytes())?;
-    write_file(&arguments.out.join("diagnosis.html"), page(&diagnosis).as_bytes())?;
-    say!("wrote diagnosis.json and diagnosis.html to {}", arguments.out.display());
+    folder.write("diagnosis.json", &json(&folder.path().join("diagnosis.json"), &diagnosis)?)?;
+    folder.write("diagnosis.html", page(&diagnosis).as_bytes())?;
+    say!("wrote diagnosis.json and diagnosis.html to {}", folder.path().display());
     Ok(Ending::Complete)
-}
-
-/// File of the command line that a diagnosis was begun with.
-const COMMAND: &str = "command.json";
-
-/// The command line that the diagnosis of a directory was begun with.
-fn begun(directory: &Path) -> Result<(Vec<String>, Box<Arguments>), String> {
-    let file = directory.join(COMMAND);
-    let words = std::fs::read(&file).map_err(|e| {
-        format!("{} has no diagnosis to resume ({e}); name the measurements instead", directory.display())
-    })?;
-    let damaged = |e: String| format!("{}: {e}; begin anew without --resume", file.display());
-    let words: Vec<String> = serde_json::from_slice(&words).map_err(|e| damaged(e.to_string()))?;
-    let arguments = super::diagnose_arguments(&words)
-        .ok_or_else(|| damaged("no command line of a diagnosis".to_owned()))?;
-    Ok((words, arguments))
 }
 
 /// What published ratios say beside the model's own effect of the rate.
 fn ratios_of(file: &Path, arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+    protect(file);
     let lines = published::read(file)?;
     let engine = arguments.engine.engine(&[], false, None, stop)?;
     let parameters = settings_from(engine.wiring(), &arguments.engine.settings())?;
@@ -137,8 +134,7 @@ fn ratios_of(file: &Path, arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliR
 /// # Errors
 /// When a file cannot be used.
 pub fn tests_of(arguments: &Arguments) -> Result<Vec<Synchronised>, DataError> {
-    let read = |argument: &PathBuf| SpecimenFiles::of(argument)?.read(Wanted::MotionAndForce);
-    arguments.measurements.iter().map(read).collect()
+    read_tests(&arguments.measurements, Wanted::MotionAndForce, &arguments.reading)
 }
 
 /// The diagnosis of some tests, asked for by `command`; `None` when the user stopped it.
@@ -163,9 +159,11 @@ pub fn diagnosis_of(
         ..Requests::default()
     };
     let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)?;
+    idle::bounds_and_starts(&[], &arguments.start, &parameters)?;
     let height = sample_height(&engine, &arguments.engine)?;
     let measurements: Vec<_> = tests.into_iter().map(|t| t.measurement).collect();
     measurements.iter().for_each(show_notes);
+    let doubts: Vec<String> = measurements.iter().flat_map(Measurement::doubts).collect();
     let observations = observe(&measurements, height)?;
 
     let progress = Progress::of_fit(0);
@@ -189,7 +187,12 @@ pub fn diagnosis_of(
         quick: arguments.quick,
         seconds: started.elapsed().as_secs_f64(),
     };
-    Ok(Some(summary(&found, &about)))
+    let mut diagnosis = summary(&found, &about);
+    let fitted: Vec<&str> = parameters.free().iter().map(|p| p.name.as_str()).collect();
+    diagnosis.assumptions = assumed::of(&engine, parameters.fixed(), &fitted);
+    diagnosis.warnings.splice(0..0, doubts);
+    diagnosis.warnings.splice(0..0, assumption::geometry_warning(&diagnosis.assumptions));
+    Ok(Some(diagnosis))
 }
 
 /// Force that means contact (N): that of the paper.

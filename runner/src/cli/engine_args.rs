@@ -33,7 +33,8 @@ pub struct EngineArguments {
     #[arg(long, value_name = "PRESET")]
     pub mesh: Option<String>,
     /// FMU instances that run at a time [default: one per core]
-    #[arg(long, short, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    #[arg(long, short, value_name = "N", default_value_t = 0, hide_default_value = true,
+        value_parser = super::count::jobs)]
     #[serde(skip)]
     pub jobs: usize,
 }
@@ -107,8 +108,8 @@ pub fn parameter_help() -> String {
         let _ = writeln!(text, "  {}", parameter_line(v));
     }
     text.push_str(
-        "\nA value may carry its unit (2.3e-9mm^2, 0.89mPa.s, 10mm); without one it is in SI. Displacement \
-         and force are positive into the sample.",
+        "\nA value with a unit needs one (2.3e-9mm^2, 0.89mPa.s, 10mm). Displacement and force are positive \
+         into the sample.",
     );
     text
 }

@@ -1,5 +1,6 @@
 //! `simulate --fields`: where the FMU writes its fields, and how often.
 
+use crate::output::{OutputError, check_replaceable};
 use clap::Args;
 use poropunch::interface::recording::Frames;
 use std::collections::BTreeMap;
@@ -27,6 +28,24 @@ impl FieldArguments {
         // A measurement's name may be anything; as a file's it must not lead elsewhere.
         let name: String = name.chars().map(|c| if std::path::is_separator(c) { '_' } else { c }).collect();
         Some(if is_pvd { path.clone() } else { path.join(format!("{name}.pvd")) })
+    }
+
+    /// Checks that the FMU, which replaces what is there, will replace a series of its own only.
+    ///
+    /// # Errors
+    /// When there are files that poropunch did not write.
+    pub fn check_place(&self, pvd: Option<&Path>) -> Result<(), OutputError> {
+        let Some(pvd) = pvd else { return Ok(()) };
+        let frames = pvd.with_extension("");
+        let is_frame = |e: std::fs::DirEntry| e.path().extension().is_some_and(|x| x == "vtu");
+        let has_frames = || std::fs::read_dir(&frames).is_ok_and(|all| all.flatten().any(is_frame));
+        check_replaceable(pvd)?;
+        if !pvd.exists() && has_frames() {
+            let reason =
+                "frames are there already without their series; choose another with --fields".to_owned();
+            return Err(OutputError { file: frames, reason });
+        }
+        Ok(())
     }
 
     /// Texts for the FMU.

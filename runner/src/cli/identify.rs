@@ -1,18 +1,22 @@
 //! `runner identify`: measurements in, parameters and what they are worth out.
 
+use super::assumed;
 use super::engine_args::{EngineArguments, show_notes};
+use super::exit::RefusedData;
+use super::idle;
 use super::progress::Progress;
-use super::report::write_views;
+use super::report::{RESULT, write_views};
 use super::{CliResult, Ending};
-use crate::data::{Wanted, read_test};
+use crate::data::{Reading, Wanted, read_tests};
 use crate::engine::Engine;
 use crate::identification::report::{Context, report};
-use crate::identification::{FitSettings, JacobianSource, Settings, Source, identify};
+use crate::identification::{FitSettings, JacobianSource, Settings, identify};
 use crate::objective::{Dataset, ParameterMap, Weights};
+use crate::output::{Folder, json};
 use crate::report::Setting;
 use crate::setting::settings_from;
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -36,6 +40,8 @@ pub struct Arguments {
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
     fit: FitSettings,
     #[command(flatten)]
     engine: EngineArguments,
@@ -51,14 +57,27 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let engine = engine_arguments.engine(&RECORDED.map(str::to_owned), derivatives, Some(cache), stop)?;
     let (weights, options) = (settings.fit.weights()?, settings.fit.options()?);
     let height = sample_height(&engine, &settings.engine)?;
-    let fitted = datasets(&settings.measurements, &weights, height)?;
-    let validation = datasets(&settings.validation, &weights, height)?;
+    let sources = settings.measurements.iter().chain(&settings.validation);
+    let files: Vec<PathBuf> = sources.map(|s| s.file.clone()).collect();
+    let mut fitted = datasets(&files, &weights, height, &settings.reading)?;
+    let validation = fitted.split_off(settings.measurements.len());
+    let doubts: Vec<String> = fitted.iter().flat_map(|d| d.measurement.doubts()).collect();
     let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &settings.requests())?;
+    idle::check(&settings.fit, &parameters, &fitted)?;
     check_points(&fitted, &parameters)?;
     if settings.fit.jacobian == JacobianSource::Sensitivity {
         check_derivatives(&engine, &parameters)?;
     }
-    settings.save(&arguments.out)?;
+    let names: Vec<&str> = parameters.free().iter().map(|p| p.name.as_str()).collect();
+    for line in assumed::lines(&engine, parameters.fixed(), &names) {
+        say!("{line}");
+    }
+    for doubt in &doubts {
+        say!("warning: {doubt}");
+    }
+    let take = if arguments.resume { Folder::resume } else { Folder::begin };
+    let folder = take(&arguments.out, "identify")?;
+    settings.save(&folder)?;
 
     let progress = Progress::of_fit((options.max_evaluations * options.starts) as u64);
     let mut observe = |start: usize, record: &crate::fit::IterationRecord| {
@@ -87,8 +106,10 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         settings: kept_settings(&settings),
         seconds: started.elapsed().as_secs_f64(),
     };
-    let (report, missing) = report(&context, &found)?;
-    write_views(&report, &arguments.out)?;
+    let (mut report, missing) = report(&context, &found)?;
+    report.verdict.warnings.splice(0..0, doubts);
+    write_views(&report, &folder)?;
+    folder.write(RESULT, &json(&folder.path().join(RESULT), &report)?)?;
     for reason in missing {
         eprintln!("warning: {reason}");
     }
@@ -97,7 +118,11 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
             "warning: runs could not be kept in the cache ({trouble}); results are complete, but --resume would repeat them"
         );
     }
-    Ok(if engine.is_stopped() { Ending::Interrupted } else { Ending::Complete })
+    Ok(match (engine.is_stopped(), report.fit.stop.converged()) {
+        (true, _) => Ending::Interrupted,
+        (false, true) => Ending::Complete,
+        (false, false) => Ending::NotConverged,
+    })
 }
 
 /// Outputs wanted beside the force.
@@ -105,8 +130,15 @@ const RECORDED: [&str; 2] = ["force_solid", "force_fluid"];
 
 /// New settings, or those that the work began with.
 fn settings(arguments: &Arguments) -> Result<Settings, Box<dyn std::error::Error>> {
-    let asked =
-        || Settings::new(&arguments.measurements, &arguments.validate, &arguments.engine, &arguments.fit);
+    let asked = || {
+        Settings::new(
+            &arguments.measurements,
+            &arguments.validate,
+            &arguments.engine,
+            &arguments.fit,
+            &arguments.reading,
+        )
+    };
     if !arguments.resume {
         return Ok(asked()?);
     }
@@ -129,34 +161,42 @@ pub(super) fn sample_height(
     Ok(set.get(NAME).copied().or_else(start))
 }
 
-fn datasets(
-    sources: &[Source],
+/// Reads and prepares measurements; what they leave open is asked at once.
+pub(super) fn datasets(
+    files: &[PathBuf],
     weights: &Weights,
     height: Option<f64>,
+    reading: &Reading,
 ) -> Result<Vec<Dataset>, Box<dyn std::error::Error>> {
-    sources.iter().map(|s| dataset(&s.file, weights, height)).collect()
+    let tests = read_tests(files, Wanted::MotionAndForce, reading)?;
+    let mut datasets = Vec::with_capacity(tests.len());
+    for test in tests {
+        show_notes(&test.measurement);
+        datasets.push(Dataset::new(test.measurement, weights, height)?);
+    }
+    Ok(datasets)
 }
 
-/// Reads and prepares one measurement.
-pub(super) fn dataset(
-    file: &Path,
-    weights: &Weights,
-    height: Option<f64>,
-) -> Result<Dataset, Box<dyn std::error::Error>> {
-    let measurement = read_test(file, Wanted::MotionAndForce)?;
-    show_notes(&measurement);
-    Ok(Dataset::new(measurement, weights, height)?)
-}
-
-fn check_points(datasets: &[Dataset], parameters: &ParameterMap) -> Result<(), String> {
+fn check_points(datasets: &[Dataset], parameters: &ParameterMap) -> Result<(), RefusedData> {
+    for d in datasets {
+        // A weight that overflows, or a spread of zero, would decide the fit alone.
+        let heaviest = d.scale_n().iter().copied().fold(f64::INFINITY, f64::min);
+        if !(heaviest * heaviest > 0.0 && (1.0 / heaviest).is_finite()) {
+            return Err(RefusedData(format!(
+                "{}: a point has the deviation {heaviest:e} N, so its weight overflows; check force_std and --weight, or \
+                 use --noise none",
+                d.measurement.file.display()
+            )));
+        }
+    }
     let points: usize = datasets.iter().map(Dataset::weighted_points).sum();
     let free = parameters.free().len();
     if points > free {
         return Ok(());
     }
-    Err(format!(
+    Err(RefusedData(format!(
         "{points} points cannot determine {free} parameters: fix some with --fix, or measure more points"
-    ))
+    )))
 }
 
 fn check_derivatives(engine: &Engine, parameters: &ParameterMap) -> Result<(), String> {

@@ -1,12 +1,13 @@
 //! `runner inspect`: measurements in, what they say without a model out.
 
+use super::exit::UsageError;
 use super::{CliResult, Ending};
-use crate::data::{SpecimenFiles, Synchronised, Wanted};
+use crate::data::{Reading, Wanted, read_tests};
 use crate::inspection::{
     Options, Uncertain, WaterContent, WaterError, WaterMeasurement, cycles_csv, examine, page, phases_csv,
     table, water_content,
 };
-use crate::output::write_file;
+use crate::output::{Folder, json};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -22,6 +23,8 @@ pub struct Arguments {
     /// Force that means contact (mN)
     #[arg(long, value_name = "MN", default_value_t = 1.0)]
     contact_threshold_mn: f64,
+    #[command(flatten)]
+    reading: Reading,
     #[command(flatten)]
     water: WaterArguments,
 }
@@ -64,26 +67,29 @@ impl WaterArguments {
 pub fn run(arguments: &Arguments) -> CliResult {
     let threshold_mn = arguments.contact_threshold_mn;
     if threshold_mn.is_nan() || threshold_mn <= 0.0 {
-        return Err(format!("--contact-threshold-mn {threshold_mn}: must be positive").into());
+        return Err(UsageError(format!("--contact-threshold-mn {threshold_mn}: must be positive")).into());
     }
     let options = Options {
         contact_threshold_n: threshold_mn * 1e-3,
         water: arguments.water.content()?,
         command: std::env::args().collect::<Vec<_>>().join(" "),
     };
-    let read = |argument: &PathBuf| SpecimenFiles::of(argument)?.read(Wanted::MotionAndForce);
-    let tests = arguments.measurements.iter().map(read).collect::<Result<Vec<Synchronised>, _>>()?;
+    let tests = read_tests(&arguments.measurements, Wanted::MotionAndForce, &arguments.reading)?;
+    for doubt in tests.iter().flat_map(|t| t.measurement.doubts()) {
+        say!("warning: {doubt}");
+    }
     let inspection = examine(&tests, &options)?;
     say!("{}", table(&inspection));
     let Some(directory) = &arguments.out else { return Ok(Ending::Complete) };
+    let folder = Folder::begin(directory, "inspect")?;
     let views = [
-        ("inspection.json", serde_json::to_string_pretty(&inspection)?),
-        ("cycles.csv", cycles_csv(&inspection)),
-        ("phases.csv", phases_csv(&inspection)),
-        ("inspection.html", page(&inspection)),
+        ("inspection.json", json(&directory.join("inspection.json"), &inspection)?),
+        ("cycles.csv", cycles_csv(&inspection).into_bytes()),
+        ("phases.csv", phases_csv(&inspection).into_bytes()),
+        ("inspection.html", page(&inspection).into_bytes()),
     ];
     for (name, text) in &views {
-        write_file(&directory.join(name), text.as_bytes())?;
+        folder.write(name, text)?;
     }
     say!("wrote inspection.json, cycles.csv, phases.csv and inspection.html to {}", directory.display());
     Ok(Ending::Complete)

@@ -8,14 +8,20 @@ macro_rules! say {
     }};
 }
 
+mod assumed;
 mod batch;
 mod challenge;
+pub(crate) mod count;
 mod diagnose;
 pub mod engine_args;
+mod exit;
 mod fields;
 mod identify;
+mod idle;
 mod inspect;
+mod kept_command;
 mod package;
+mod parameter_sets;
 mod plots;
 mod progress;
 mod protocols;
@@ -36,13 +42,15 @@ type CliResult = Result<Ending, Box<dyn std::error::Error>>;
 enum Ending {
     /// All done.
     Complete,
+    /// Done, but the fit did not converge.
+    NotConverged,
     /// Stopped by the user; what was reached is kept.
     Interrupted,
 }
 
 /// Nonlinear poro-viscoelastic indentation: simulate it, identify its material parameters.
 #[derive(Debug, Parser)]
-#[command(version, propagate_version = true, max_term_width = 110)]
+#[command(version, propagate_version = true, max_term_width = 110, after_help = exit::HELP)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -76,7 +84,16 @@ pub fn main() -> ExitCode {
     let help = engine_args::parameter_help();
     let mut command = Cli::command();
     for name in ["simulate", "identify", "diagnose", "validate", "batch"] {
-        command = command.mut_subcommand(name, |c| c.after_long_help(help.clone()));
+        let help = format!("{help}\n\n{}", exit::HELP);
+        command = command.mut_subcommand(name, |c| c.after_long_help(help));
+    }
+    // Names go into reports, JSON and the FMU, which are UTF-8.
+    if let Some(bad) = std::env::args_os().find(|a| a.to_str().is_none()) {
+        eprintln!(
+            "error: the argument `{}` is not UTF-8; rename the file or directory",
+            bad.to_string_lossy()
+        );
+        return ExitCode::from(exit::USAGE);
     }
     let cli = match Cli::from_arg_matches(&command.get_matches()) {
         Ok(cli) => cli,
@@ -97,10 +114,11 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(Ending::Complete) => ExitCode::SUCCESS,
-        Ok(Ending::Interrupted) => ExitCode::from(130),
+        Ok(Ending::NotConverged) => ExitCode::from(exit::NOT_CONVERGED),
+        Ok(Ending::Interrupted) => ExitCode::from(exit::STOPPED),
         Err(error) => {
             eprintln!("error: {error}");
-            ExitCode::FAILURE
+            ExitCode::from(exit::code_of(error.as_ref()))
         }
     }
 }

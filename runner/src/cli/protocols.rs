@@ -1,7 +1,7 @@
 //! What to simulate: a protocol by name, or the motion in a file.
 
 use crate::cli::engine_args::show_notes;
-use crate::data::{Wanted, protocol_of, read};
+use crate::data::{Reading, Wanted, protocol_of, read_as};
 use poropunch::motion::protocol::{Protocol, Trapezoid};
 use std::path::Path;
 use std::sync::Arc;
@@ -20,7 +20,12 @@ pub struct Motion {
 ///
 /// # Errors
 /// When the file cannot be used, or cycles are asked of it.
-pub fn motion(text: &str, cycles: Option<i32>, points: usize) -> Result<Motion, Box<dyn std::error::Error>> {
+pub fn motion(
+    text: &str,
+    cycles: Option<i32>,
+    points: usize,
+    reading: &Reading,
+) -> Result<Motion, Box<dyn std::error::Error>> {
     let named = match text {
         "P1" => Some(Trapezoid::p1()),
         "P2" => Some(Trapezoid::p2()),
@@ -41,7 +46,7 @@ pub fn motion(text: &str, cycles: Option<i32>, points: usize) -> Result<Motion, 
     if !path.exists() {
         return Err(format!("{text} is neither a protocol (P1, P2) nor a file").into());
     }
-    let measurement = read(path, Wanted::Motion)?;
+    let measurement = read_as(path, Wanted::Motion, reading)?;
     show_notes(&measurement);
     let protocol = Arc::new(protocol_of(&measurement)?);
     Ok(Motion { name: measurement.name, protocol, time_s: measurement.time_s.into() })
@@ -72,7 +77,7 @@ mod tests {
 
     #[test]
     fn output_times_increase_and_hit_the_corners() {
-        let motion = motion("P2", None, 200).unwrap();
+        let motion = motion("P2", None, 200, &Reading::default()).unwrap();
         assert!(motion.time_s.windows(2).all(|w| w[0] < w[1]));
         for &(corner, _) in motion.protocol.points() {
             assert!(motion.time_s.contains(&corner));
@@ -82,9 +87,9 @@ mod tests {
 
     #[test]
     fn cycles_are_complete() {
-        let motion = motion("P1", Some(6), 720).unwrap();
+        let motion = motion("P1", Some(6), 720, &Reading::default()).unwrap();
         assert_eq!(motion.protocol.points().len(), 1 + 6 * 6);
         assert_eq!(motion.time_s.last(), Some(&motion.protocol.end_time()));
-        assert!(super::motion("data.csv", Some(6), 10).is_err());
+        assert!(super::motion("data.csv", Some(6), 10, &Reading::default()).is_err());
     }
 }

@@ -1,7 +1,7 @@
 //! `runner report`: the views of an earlier identification again.
 
 use super::{CliResult, Ending};
-use crate::output::write_file;
+use crate::output::{Folder, json, protect};
 use crate::report::{FitReport, SCHEMA, curves_csv, page, parameters_csv, table};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -27,24 +27,31 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if report.schema != SCHEMA {
         return Err(fail(format!("is of schema {}, this program reads {SCHEMA}", report.schema)).into());
     }
-    let beside = file.parent().unwrap_or(Path::new("")).to_owned();
-    write_views(&report, arguments.out.as_ref().unwrap_or(&beside))?;
+    protect(file);
+    let beside = file.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = Folder::resume(arguments.out.as_deref().unwrap_or(beside), "identify")?;
+    let is_there = folder.path().join(RESULT).canonicalize().ok() == file.canonicalize().ok();
+    if !is_there {
+        folder.write(RESULT, &json(&folder.path().join(RESULT), &report)?)?;
+    }
+    write_views(&report, &folder)?;
     Ok(Ending::Complete)
 }
 
-/// Writes result.json, parameters.csv, curves.csv and report.html, and prints the table.
-pub(super) fn write_views(report: &FitReport, directory: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let json = serde_json::to_string_pretty(report)?;
+/// The result, from which all views are made.
+pub(super) const RESULT: &str = "result.json";
+
+/// Prints the table, and writes parameters.csv, curves.csv and report.html.
+pub(super) fn write_views(report: &FitReport, folder: &Folder) -> Result<(), Box<dyn std::error::Error>> {
+    say!("{}", table(report));
     let views = [
-        ("result.json", json),
         ("parameters.csv", parameters_csv(report)),
         ("curves.csv", curves_csv(report)),
         ("report.html", page(report)),
     ];
     for (name, text) in &views {
-        write_file(&directory.join(name), text.as_bytes())?;
+        folder.write(name, text.as_bytes())?;
     }
-    say!("{}", table(report));
-    say!("wrote result.json, parameters.csv, curves.csv and report.html to {}", directory.display());
+    say!("wrote {RESULT}, parameters.csv, curves.csv and report.html to {}", folder.path().display());
     Ok(())
 }

@@ -1,11 +1,13 @@
 //! `runner simulate`: motion in, force curve out.
 
+use super::assumed;
 use super::engine_args::EngineArguments;
 use super::fields::FieldArguments;
 use super::plots::force_plot;
 use super::protocols::motion;
 use super::{CliResult, Ending};
-use crate::output::{curve_csv, write_file};
+use crate::data::Reading;
+use crate::output::{curve_csv, mark_written, write_file};
 use crate::pool::wiring::{Names, asks_for};
 use crate::pool::{Job, Priority, RunFailure};
 use crate::setting::settings_from;
@@ -32,19 +34,22 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(i32).range(1..=1000))]
     cycles: Option<i32>,
     /// Number of output times for P1 and P2 (a file's own times are used otherwise)
-    #[arg(long, value_name = "N", default_value_t = 300)]
+    #[arg(long, value_name = "N", default_value_t = 300, value_parser = super::count::points)]
     points: usize,
     #[command(flatten)]
     fields: FieldArguments,
+    #[command(flatten)]
+    reading: Reading,
     #[command(flatten)]
     engine: EngineArguments,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
-    let motion = motion(&arguments.motion, arguments.cycles, arguments.points)?;
+    let motion = motion(&arguments.motion, arguments.cycles, arguments.points, &arguments.reading)?;
     let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };
     let pvd = arguments.fields.pvd(&motion.name);
+    arguments.fields.check_place(pvd.as_deref())?;
     let names = Names {
         input: single.input.clone(),
         output: single.output.clone(),
@@ -64,8 +69,15 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     if engine.wiring().outputs.iter().any(|p| p.name.starts_with(sensitivities::PREFIX)) {
         parameters.entry(sensitivities::SWITCH.to_owned()).or_insert(1.0);
     }
+    for line in assumed::lines(&engine, &parameters, &[]) {
+        say!("{line}");
+    }
     let job = Job { parameters, protocol: motion.protocol, time_s: motion.time_s };
-    let curve = match engine.submit(&job, Priority::Urgent).wait() {
+    let ended = engine.submit(&job, Priority::Urgent).wait();
+    if let Some(pvd) = pvd.as_deref().filter(|pvd| pvd.is_file()) {
+        mark_written(pvd)?;
+    }
+    let curve = match ended {
         Ok(curve) => curve,
         Err(RunFailure::Cancelled) => return Ok(Ending::Interrupted),
         Err(failure) => return Err(format!("the simulation failed: {failure}").into()),

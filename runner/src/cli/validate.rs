@@ -1,12 +1,13 @@
 //! `runner validate`: given parameters against measurements, without fitting.
 
+use super::assumed;
 use super::engine_args::EngineArguments;
-use super::identify::{dataset, sample_height};
+use super::identify::{datasets, sample_height};
 use super::{CliResult, Ending};
-use crate::data::NoiseModel;
+use crate::data::{NoiseModel, Reading};
 use crate::identification::curves;
 use crate::objective::{Dataset, Weights};
-use crate::output::{curve_csv, write_file};
+use crate::output::{Folder, curve_csv};
 use crate::score::Score;
 use crate::setting::settings_from;
 use clap::Args;
@@ -25,11 +26,13 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t)]
     noise: NoiseModel,
     /// Number of specimens behind the file's spread, where it does not hold the specimens themselves
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::count::specimens)]
     specimens: Option<usize>,
     /// Directory for the curves; none are written without it
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
     #[command(flatten)]
     engine: EngineArguments,
 }
@@ -41,8 +44,11 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let values = settings_from(engine.wiring(), &arguments.engine.settings())?;
     let weights = Weights { noise: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
     let height = sample_height(&engine, &arguments.engine)?;
-    let datasets: Vec<Dataset> =
-        arguments.measurements.iter().map(|f| dataset(f, &weights, height)).collect::<Result<_, _>>()?;
+    let datasets: Vec<Dataset> = datasets(&arguments.measurements, &weights, height, &arguments.reading)?;
+    for line in assumed::lines(&engine, &values, &[]) {
+        say!("{line}");
+    }
+    let folder = arguments.out.as_ref().map(|d| Folder::begin(d, "validate")).transpose()?;
     say!("measurement  points  chi^2/point  rms [mN]  peak [mN] (measured)  relaxation [%] (measured)");
     let mut failures = Vec::new();
     for (dataset, curve) in datasets.iter().zip(curves(&engine, &datasets, &values)) {
@@ -67,9 +73,9 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
             s.measured.relaxation * 100.0
         );
         say!("  {}", dataset.noise.description);
-        if let Some(directory) = &arguments.out {
-            let file = directory.join(format!("{name}.csv"));
-            write_file(&file, curve_csv(&curve, &[format!("model at the times of {name}")]).as_bytes())?;
+        if let Some(folder) = &folder {
+            let text = curve_csv(&curve, &[format!("model at the times of {name}")]);
+            folder.write(&format!("{name}.csv"), text.as_bytes())?;
         }
     }
     if failures.is_empty() { Ok(Ending::Complete) } else { Err(failures.join("\n").into()) }

@@ -1,5 +1,7 @@
 //! What can be wrong with a measurement file, where, and what to do about it.
 
+use super::number::DecimalMark;
+use super::reading::Reading;
 use std::fmt;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -32,6 +34,28 @@ impl fmt::Display for DataError {
 
 impl std::error::Error for DataError {}
 
+/// Something that a file leaves open, and an option that answers it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Question {
+    /// The question.
+    pub what: String,
+    /// The option that answers it in the way that is most likely.
+    pub answer: String,
+}
+
+impl Question {
+    /// Assumes the answer about columns and numbers, so that what depends on it can be asked in the same go.
+    pub fn assume(&self, reading: &mut Reading) {
+        let column = self.answer.strip_prefix("--column '").and_then(|a| a.strip_suffix('\''));
+        let choice = column.and_then(|choice| choice.parse().ok());
+        // A question that its own answer leaves open would be asked for ever.
+        reading.columns.extend(choice.filter(|c| !reading.columns.contains(c)));
+        if self.answer == "--decimal comma" {
+            reading.decimal = Some(DecimalMark::Comma);
+        }
+    }
+}
+
 /// What is wrong with a file.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Problem {
@@ -39,7 +63,7 @@ pub enum Problem {
     #[error("cannot be read: {0}")]
     Unreadable(String),
     /// Not text.
-    #[error("is not UTF-8 text")]
+    #[error("is no text")]
     NotText,
     /// No header at all.
     #[error("the file is empty")]
@@ -53,6 +77,34 @@ pub enum Problem {
     /// A column that means nothing.
     #[error("unknown column")]
     UnknownColumn,
+    /// A column that means nothing, where a quantity is missing.
+    #[error("unknown column, and there is no column for the {0}")]
+    UnknownInstead(&'static str),
+    /// A column that the user named.
+    #[error("there is no column `{name}`; the columns are `{all}`")]
+    NoSuchColumn {
+        /// As named.
+        name: String,
+        /// Those that are there.
+        all: String,
+    },
+    /// The file can be read in several ways.
+    #[error("the file leaves open:{}", numbered(.0))]
+    Unclear(Vec<Question>),
+    /// A number that stands for none.
+    #[error("`{0}` stands for a value that is missing")]
+    Sentinel(String),
+    /// A number beyond everything that can be measured.
+    #[error("`{0}` is beyond everything that can be measured")]
+    Absurd(String),
+    /// One specimen under two names.
+    #[error("specimens `{first}` and `{second}` are the same data")]
+    SameTwice {
+        /// The one.
+        first: String,
+        /// The other.
+        second: String,
+    },
     /// Two columns for the same quantity.
     #[error("is the second column for the same quantity as `{0}`")]
     DuplicateColumn(String),
@@ -187,12 +239,17 @@ pub enum Problem {
     },
 }
 
+fn numbered(questions: &[Question]) -> String {
+    let line = |(i, q): (usize, &Question)| format!("\n  {}. {}\n     {}", i + 1, q.what, q.answer);
+    questions.iter().enumerate().map(line).collect()
+}
+
 impl Problem {
     /// What the user can do.
     pub fn remedy(&self) -> String {
         match self {
             Self::Unreadable(_) => "check the path and the permissions".into(),
-            Self::NotText => "save the file as CSV in UTF-8".into(),
+            Self::NotText => "export the file as text (CSV)".into(),
             Self::Empty => {
                 "the file needs a header such as `time_s,displacement_mm,force_mN` and rows".into()
             }
@@ -204,8 +261,24 @@ impl Problem {
                  force_q25, force_q75, force_solid, force_fluid (each with its unit), specimen, and specimen \
                  forces in mN s01, s02, ..."
                 .into(),
-            Self::DuplicateColumn(_) => "keep one of the two".into(),
-            Self::MissingUnit { example } => format!("write it into the name, for example `{example}`"),
+            Self::DuplicateColumn(first) => {
+                format!("keep one of the two, or name the one that counts: --column '...={first}'")
+            }
+            Self::UnknownInstead(what) => format!(
+                "rename or remove it, or say what it is, for example --column '{what}=NAME:{}'",
+                example_of(what).rsplit('_').next().unwrap_or("")
+            ),
+            Self::NoSuchColumn { .. } => "name one of them, or give its number (1 is the first)".into(),
+            Self::Unclear(questions) => {
+                let answers: Vec<&str> = questions.iter().map(|q| q.answer.as_str()).collect();
+                format!("answer all in one go, if this is so: {}", answers.join(" "))
+            }
+            Self::Sentinel(_) => "remove the row, or put the measured value there".into(),
+            Self::Absurd(_) => "correct it, or the unit of the column".into(),
+            Self::SameTwice { .. } => {
+                "keep one of the two: a specimen that counts twice makes intervals too narrow".into()
+            }
+            Self::MissingUnit { example } => format!("write it into the name, for example `{example}`, or give it with --column"),
             Self::WrongUnit { known, .. } => format!("write one of {known} (capitals matter: mN is not MN)"),
             Self::FieldCount { .. } => {
                 "check for decimal commas, missing separators or a line that was cut off".into()

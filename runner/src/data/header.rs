@@ -4,9 +4,10 @@
 use super::error::Problem;
 use crate::units::{Dimension, Unit, known_units};
 use poropunch::variables::{self, Causality};
+use serde::{Deserialize, Serialize};
 
 /// What a column holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// Time.
     Time,
@@ -37,6 +38,10 @@ pub struct Column {
     pub quantity: Quantity,
     /// Multiplies its values to make them SI.
     pub factor: f64,
+    /// A clock instead of a number: `h:m:s`, or `m:s` where true.
+    pub clock: Option<bool>,
+    /// In this project's own spelling, which promises sign and zero.
+    pub own: bool,
     /// How it was read, when that is not obvious.
     pub note: Option<String>,
 }
@@ -62,7 +67,14 @@ const STEMS: &[Row] = &[
 pub fn read_column(name: &str) -> Result<Column, Problem> {
     let trimmed = name.trim();
     let lower = trimmed.to_lowercase();
-    let column = |quantity, factor, note| Column { name: trimmed.to_owned(), quantity, factor, note };
+    let column = |quantity, factor, note| Column {
+        name: trimmed.to_owned(),
+        quantity,
+        factor,
+        clock: None,
+        own: true,
+        note,
+    };
     if lower == "specimen" {
         return Ok(column(Quantity::Specimen, 1.0, None));
     }

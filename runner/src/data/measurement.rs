@@ -15,6 +15,8 @@ pub struct Measurement {
     pub comments: Vec<String>,
     /// What was read leniently, for the user to check.
     pub notes: Vec<String>,
+    /// What makes it doubtful, for the first lines of every report.
+    pub warnings: Vec<String>,
     /// Times (s), strictly increasing.
     pub time_s: Vec<f64>,
     /// Displacement of the punch, positive into the sample (m).
@@ -33,6 +35,9 @@ pub struct Measurement {
     pub lines: Vec<u64>,
 }
 
+/// Stands between a file and what makes it doubtful.
+pub const DOUBT: &str = ": doubtful: ";
+
 impl Measurement {
     /// Number of points.
     pub fn len(&self) -> usize {
@@ -47,6 +52,11 @@ impl Measurement {
     /// Largest displacement (m).
     pub fn depth_m(&self) -> f64 {
         self.displacement_m.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Its warnings with the file's name in front.
+    pub fn doubts(&self) -> Vec<String> {
+        self.warnings.iter().map(|w| format!("{}{DOUBT}{w}", self.file.display())).collect()
     }
 
     /// A complaint about the file as a whole.
@@ -82,9 +92,11 @@ impl Measurement {
         }
     }
 
-    /// Whether the file says of itself that it was not measured.
+    /// Whether the file says of itself that it was not measured: in words, or by poropunch's mark.
     pub fn is_synthetic(&self) -> bool {
-        self.comments.iter().any(|c| c.to_lowercase().contains("synthetic"))
+        let says =
+            |c: &String| c.to_lowercase().contains("synthetic") || c.starts_with("written by poropunch");
+        self.comments.iter().any(says)
     }
 }
 

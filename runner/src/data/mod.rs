@@ -1,32 +1,43 @@
 //! Measurements: reading them, checking them, and the punch's motion in them.
 //!
 //! ```text
-//! CSV -> header (which column is what, in which unit) -> reader -> Measurement -> history -> Protocol
+//! bytes -> encoding -> layout (preamble, header, units) -> columns (names, header) -> rows (number, table) -> Measurement
+//!       -> coordinate (sign, surface, tare) -> plausibility -> history -> Protocol
 //! one file per specimen -> specimen_files -> synchronise -> Measurement
 //! displacement -> motion (strokes, rests) -> cycle -> phase
 //! ```
 
+pub mod columns;
+pub mod coordinate;
 pub mod cycle;
+pub mod encoding;
 pub mod error;
 pub mod estimate;
 pub mod header;
 pub mod history;
+pub mod layout;
 pub mod measurement;
 pub mod motion;
+pub mod names;
 pub mod noise;
+pub mod number;
 pub mod phase;
+pub mod plausibility;
 pub(crate) mod random;
 pub mod reader;
+pub mod reading;
 pub mod specimen_files;
 pub mod synchronise;
+pub mod table;
 
 pub use cycle::{Cycle, cycles};
-pub use error::{DataError, Problem};
+pub use error::{DataError, Problem, Question};
 pub use estimate::{Estimate, Quartiles};
 pub use history::protocol_of;
 pub use measurement::Measurement;
 pub use noise::NoiseModel;
 pub use phase::Phase;
-pub use reader::{Wanted, read, read_str};
-pub use specimen_files::{SpecimenFiles, read_test};
+pub use reader::{Wanted, read, read_as, read_str, read_text};
+pub use reading::Reading;
+pub use specimen_files::{SpecimenFiles, read_tests};
 pub use synchronise::{Synchronised, synchronise};

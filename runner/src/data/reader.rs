@@ -1,9 +1,16 @@
 //! Reads a measurement file; every complaint names file, line, column and remedy.
 
-use super::error::{DataError, Problem};
-use super::header::{Column, Quantity, read_column};
+use super::columns::{Columns, decimal_question, resolve};
+use super::coordinate::{Own, settle};
+use super::encoding::decode;
+use super::error::{DataError, Problem, Question};
+use super::header::{Column, Quantity};
+use super::layout::{Layout, find, split};
 use super::measurement::Measurement;
-use std::collections::BTreeMap;
+use super::number::{DecimalMark, clock, number};
+use super::plausibility::{self, is_absurd, is_sentinel};
+use super::reading::Reading;
+use super::table::{Row, Table};
 use std::path::Path;
 
 /// What the caller needs from the file.
@@ -16,24 +23,47 @@ pub enum Wanted {
 }
 
 /// Fewest points that make a curve.
-const FEWEST_POINTS: usize = 5;
+pub(super) const FEWEST_POINTS: usize = 5;
 
-/// Reads a file.
+/// Reads a file that says everything itself.
 ///
 /// # Errors
 /// The first thing that is wrong, with file, line, column and remedy.
 pub fn read(file: &Path, wanted: Wanted) -> Result<Measurement, DataError> {
-    let fail = |problem| DataError { file: file.to_owned(), line: None, column: None, problem };
-    let bytes = std::fs::read(file).map_err(|e| fail(Problem::Unreadable(e.to_string())))?;
-    let text = String::from_utf8(bytes).map_err(|_| fail(Problem::NotText))?;
-    read_str(&text, file, wanted)
+    read_as(file, wanted, &Reading::default())
 }
 
-/// Reads the text of a file; `file` is for names and messages only.
+/// Reads a file with what the user says about it.
+///
+/// # Errors
+/// As [`read`]; what is left open is asked all at once.
+pub fn read_as(file: &Path, wanted: Wanted, reading: &Reading) -> Result<Measurement, DataError> {
+    let fail = |problem| DataError { file: file.to_owned(), line: None, column: None, problem };
+    let bytes = crate::output::read_input(file).map_err(|e| fail(Problem::Unreadable(e.to_string())))?;
+    let (text, note) = decode(&bytes).map_err(fail)?;
+    let mut measurement = read_text(&text, file, wanted, reading)?;
+    measurement.notes.extend(note);
+    Ok(measurement)
+}
+
+/// Reads the text of a file that says everything itself; `file` is for names and messages only.
 ///
 /// # Errors
 /// As [`read`].
 pub fn read_str(text: &str, file: &Path, wanted: Wanted) -> Result<Measurement, DataError> {
+    read_text(text, file, wanted, &Reading::default())
+}
+
+/// Reads the text of a file with what the user says about it.
+///
+/// # Errors
+/// As [`read_as`].
+pub fn read_text(
+    text: &str,
+    file: &Path,
+    wanted: Wanted,
+    reading: &Reading,
+) -> Result<Measurement, DataError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let fail = |line, column: Option<&str>, problem| DataError {
         file: file.to_owned(),
@@ -41,231 +71,211 @@ pub fn read_str(text: &str, file: &Path, wanted: Wanted) -> Result<Measurement, 
         column: column.map(str::to_owned),
         problem,
     };
-    let header_line = text.lines().find(|l| !l.starts_with('#') && !l.trim().is_empty());
-    let header_line = header_line.ok_or_else(|| fail(None, None, Problem::Empty))?;
-    let delimiter = delimiter_of(header_line);
-    let mut rows = csv::ReaderBuilder::new()
-        .delimiter(delimiter)
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .flexible(true)
-        .from_reader(text.as_bytes());
-    let unreadable = |e: csv::Error| {
-        let line = e.position().map(csv::Position::line);
-        fail(line, None, Problem::Unreadable(e.to_string()))
-    };
-
-    let header = rows.headers().map_err(unreadable)?.clone();
-    let header_at = header.position().map(csv::Position::line);
-    if header.iter().all(|f| f.parse::<f64>().is_ok()) {
+    let layout = find(text, reading).ok_or_else(|| fail(None, None, Problem::Empty))?;
+    let header_at = Some(layout.header_line);
+    let is_number = |n: &String| number(n, DecimalMark::Point).or(number(n, DecimalMark::Comma)).is_some();
+    let by_number = reading.columns.iter().any(|c| c.name.parse::<usize>().is_ok());
+    if layout.names.iter().all(is_number) && !by_number {
         return Err(fail(header_at, None, Problem::NoHeader));
     }
-    let mut columns = Vec::with_capacity(header.len());
-    for name in &header {
-        columns.push(read_column(name).map_err(|p| fail(header_at, Some(name), p))?);
-    }
-    check_columns(&columns, wanted).map_err(|(c, p)| fail(header_at, c.as_deref(), p))?;
-
-    let mut table = Table::default();
-    for record in rows.records() {
-        let record = record.map_err(unreadable)?;
-        let line = record.position().map(csv::Position::line);
-        if record.len() != columns.len() {
-            let problem = Problem::FieldCount { found: record.len(), expected: columns.len() };
-            return Err(fail(line, None, problem));
+    let force = wanted == Wanted::MotionAndForce;
+    let columns = resolve(&layout, reading, force).map_err(|(c, p)| fail(header_at, c.as_deref(), p))?;
+    check_quartiles(&columns.all).map_err(|p| fail(header_at, None, p))?;
+    let mut questions = columns.questions.clone();
+    questions.extend(decimal_question(layout.decimal));
+    let described = described(text, file, &layout, &columns);
+    // Where a column is open the rows cannot be read; sign, zero and tare are asked with what is known.
+    if !questions.is_empty() {
+        let mut assumed = reading.clone();
+        questions.iter().for_each(|q| q.assume(&mut assumed));
+        if assumed != *reading
+            && let Err(DataError { problem: Problem::Unclear(more), .. }) =
+                read_text(text, file, wanted, &assumed)
+        {
+            let new = more.into_iter().filter(|q| !questions.iter().any(|p| p.answer == q.answer));
+            questions.extend(new.collect::<Vec<_>>());
         }
-        let mut row = Row { line: line.unwrap_or(0), ..Row::default() };
-        for (field, column) in record.iter().zip(&columns) {
-            row.take(field, column).map_err(|p| fail(line, Some(&column.name), p))?;
-        }
-        table.push(row).map_err(|(c, p)| fail(line, Some(c), p))?;
+        let single = open_column(&columns, &layout, wanted);
+        return Err(match single {
+            Some((name, problem)) if questions.len() == 1 => fail(header_at, name.as_deref(), problem),
+            _ => fail(None, None, Problem::Unclear(questions)),
+        });
     }
-
-    let mut notes: Vec<String> = columns.iter().filter_map(|c| c.note.clone()).collect();
-    if delimiter != b',' {
-        notes.push(format!("fields are separated by `{}`", char::from(delimiter).escape_default()));
+    let table = rows(text, &layout, &columns).map_err(|(line, c, p)| fail(Some(line), c.as_deref(), p))?;
+    let mut measurement = table.into_measurement(described).map_err(|p| fail(None, None, p))?;
+    if measurement.len() < FEWEST_POINTS {
+        let found = measurement.len();
+        return Err(fail(None, None, Problem::TooFewPoints { found, needed: FEWEST_POINTS }));
     }
-    let specimens = columns.iter().filter(|c| c.quantity == Quantity::SpecimenForce);
-    let specimen_names = specimens.map(|c| c.name.clone()).collect();
-    let comments = text.lines().filter_map(|l| l.strip_prefix('#')).map(|c| c.trim().to_owned());
-    let name = file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let described = Measurement {
-        name,
-        file: file.to_owned(),
-        comments: comments.collect(),
-        notes,
-        specimen_names,
-        ..Measurement::default()
+    plausibility::check_specimens(&measurement).map_err(|p| fail(None, None, p))?;
+    let questions = if measurement.force_n.len() == measurement.len() {
+        settle(&mut measurement, own(&columns), reading)
+    } else {
+        settle_motion(&mut measurement, reading)
     };
-    let measurement = table.into_measurement(described).map_err(|p| fail(None, None, p))?;
-    check_motion(&measurement).map_err(|p| fail(None, None, p))?;
+    if !questions.is_empty() {
+        return Err(fail(None, None, Problem::Unclear(questions)));
+    }
+    if measurement.depth_m() <= 0.0 {
+        let max_mm = measurement.depth_m() * 1e3;
+        return Err(fail(None, None, Problem::NeverTouches { max_mm }));
+    }
+    let found = plausibility::warnings(&measurement);
+    measurement.warnings.extend(found);
     Ok(measurement)
 }
 
-/// One row in SI units.
-#[derive(Debug, Default)]
-struct Row {
-    time: f64,
-    displacement: f64,
-    force: Option<f64>,
-    std: Option<f64>,
-    quartiles: (Option<f64>, Option<f64>),
-    specimens: Vec<f64>,
-    specimen: String,
-    line: u64,
+/// A motion without force: only what the user says can be done to it.
+fn settle_motion(m: &mut Measurement, reading: &Reading) -> Vec<Question> {
+    let force = vec![0.0; m.len()];
+    let kept = std::mem::replace(&mut m.force_n, force);
+    let reading = Reading { tare: None, ..reading.clone() };
+    let questions = settle(m, Own { displacement: true, force: true }, &reading);
+    m.force_n = kept;
+    questions
 }
 
-impl Row {
-    fn take(&mut self, field: &str, column: &Column) -> Result<(), Problem> {
-        if column.quantity == Quantity::Specimen {
-            self.specimen = field.to_owned();
-            return if field.is_empty() { Err(Problem::EmptyField) } else { Ok(()) };
+/// The one thing that is open, as a complaint of its own.
+fn open_column(columns: &Columns, layout: &Layout, wanted: Wanted) -> Option<(Option<String>, Problem)> {
+    let has = |q: Quantity| columns.all.iter().any(|c| c.quantity == q);
+    let wants_force = wanted == Wanted::MotionAndForce;
+    let missing = [
+        (Quantity::Time, "time", "time_s"),
+        (Quantity::Displacement, "displacement", "displacement_mm"),
+        (Quantity::Force, "force", "force_mN"),
+    ];
+    let (.., what, example) =
+        *missing.iter().find(|(q, ..)| !has(*q) && (*q != Quantity::Force || wants_force))?;
+    let without_unit = layout.names.iter().find(|n| n.eq_ignore_ascii_case(what));
+    match without_unit {
+        Some(name) => Some((Some(name.clone()), Problem::MissingUnit { example })),
+        None if columns.unused.len() == 1 && layout.units.is_none() => {
+            Some((Some(columns.unused[0].clone()), Problem::UnknownInstead(what)))
         }
-        if column.quantity == Quantity::Unused {
+        None if columns.unused.is_empty() => Some((None, Problem::MissingColumn(what))),
+        None => None,
+    }
+}
+
+fn own(columns: &Columns) -> Own {
+    let is_own = |q: Quantity| columns.all.iter().find(|c| c.quantity == q).is_none_or(|c| c.own);
+    Own { displacement: is_own(Quantity::Displacement), force: is_own(Quantity::Force) }
+}
+
+/// The measurement without its rows.
+fn described(text: &str, file: &Path, layout: &Layout, columns: &Columns) -> Measurement {
+    let mut notes: Vec<String> = columns.all.iter().filter_map(|c| c.note.clone()).collect();
+    notes.extend(layout.notes.iter().cloned());
+    if !columns.unused.is_empty() {
+        notes.push(format!("columns that are not used: {}", columns.unused.join(", ")));
+    }
+    let specimens = columns.all.iter().filter(|c| c.quantity == Quantity::SpecimenForce);
+    Measurement {
+        name: file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
+        file: file.to_owned(),
+        comments: text.lines().filter_map(|l| l.strip_prefix('#')).map(|c| c.trim().to_owned()).collect(),
+        notes,
+        specimen_names: specimens.map(|c| c.name.clone()).collect(),
+        ..Measurement::default()
+    }
+}
+
+type RowFailure = (u64, Option<String>, Problem);
+
+/// The rows under the header, in SI.
+fn rows(text: &str, layout: &Layout, columns: &Columns) -> Result<Table, RowFailure> {
+    let start: usize = text.split_inclusive('\n').take(layout.skip).map(str::len).sum();
+    let mut records = csv::ReaderBuilder::new()
+        .delimiter(layout.delimiter)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .has_headers(false)
+        .from_reader(&text.as_bytes()[start..]);
+    let line_of =
+        |position: Option<&csv::Position>| position.map_or(0, csv::Position::line) + layout.skip as u64;
+    let mark = layout.decimal.unwrap_or_default();
+    let mut table = Table::default();
+    let mut before: Vec<Option<f64>> = vec![None; columns.all.len()];
+    for record in records.records() {
+        let record = record.map_err(|e| (line_of(e.position()), None, Problem::Unreadable(e.to_string())))?;
+        let line = line_of(record.position());
+        if record.iter().all(str::is_empty) {
+            continue;
+        }
+        // A separator at the end of every line makes no column.
+        let found = record.len()
+            - usize::from(record.len() == columns.all.len() + 1 && record.iter().next_back() == Some(""));
+        if found != columns.all.len() {
+            if table.has_rows() && is_epilogue(&text[start..], line - layout.skip as u64, layout.delimiter) {
+                break;
+            }
+            return Err((line, None, Problem::FieldCount { found, expected: columns.all.len() }));
+        }
+        let mut row = Row::at(line);
+        for ((field, column), before) in record.iter().zip(&columns.all).zip(&mut before) {
+            take(&mut row, field, column, mark, before).map_err(|p| (line, Some(column.name.clone()), p))?;
+        }
+        table.push(row).map_err(|(c, p)| (line, Some(c.to_owned()), p))?;
+    }
+    Ok(table)
+}
+
+/// Whether no line from a line on (counted from 1) holds a number: what some programs write behind the table.
+fn is_epilogue(text: &str, line: u64, delimiter: u8) -> bool {
+    let first = usize::try_from(line).unwrap_or(1).saturating_sub(1);
+    let is_number = |f: &String| number(f, DecimalMark::Point).or(number(f, DecimalMark::Comma)).is_some();
+    text.lines().skip(first).all(|line| !split(line, delimiter).iter().any(is_number))
+}
+
+/// Reads one field into its row.
+fn take(
+    row: &mut Row,
+    field: &str,
+    column: &Column,
+    mark: DecimalMark,
+    before: &mut Option<f64>,
+) -> Result<(), Problem> {
+    match column.quantity {
+        Quantity::Unused => return Ok(()),
+        _ if field.is_empty() => return Err(Problem::EmptyField),
+        Quantity::Specimen => {
+            field.clone_into(&mut row.specimen);
             return Ok(());
         }
-        let value = number(field)? * column.factor;
-        match column.quantity {
-            Quantity::Time => self.time = value,
-            Quantity::Displacement => self.displacement = value,
-            Quantity::Force => self.force = Some(value),
-            Quantity::ForceStd if value < 0.0 => return Err(Problem::NegativeSpread(value / column.factor)),
-            Quantity::ForceStd => self.std = Some(value),
-            Quantity::ForceQ25 => self.quartiles.0 = Some(value),
-            Quantity::ForceQ75 => self.quartiles.1 = Some(value),
-            Quantity::SpecimenForce => self.specimens.push(value),
-            Quantity::Specimen | Quantity::Unused => {}
-        }
-        Ok(())
+        _ => {}
     }
-
-    /// Standard deviation given, or from the quartiles of a normal distribution.
-    fn spread(&self) -> Result<Option<f64>, Problem> {
-        const QUARTILES_PER_DEVIATION: f64 = 1.348_979_5;
-        match (self.std, self.quartiles) {
-            (Some(std), _) => Ok(Some(std)),
-            (None, (Some(q25), Some(q75))) if q75 < q25 => Err(Problem::NegativeSpread((q75 - q25) * 1e3)),
-            (None, (Some(q25), Some(q75))) => Ok(Some((q75 - q25) / QUARTILES_PER_DEVIATION)),
-            _ => Ok(None),
-        }
+    let written = match column.clock {
+        Some(short) => clock(field, mark, short),
+        None => number(field, mark),
+    };
+    let written = written.ok_or_else(|| Problem::NotANumber(field.to_owned()))?;
+    if !written.is_finite() {
+        return Err(Problem::NotFinite(field.to_owned()));
     }
+    if is_sentinel(written, *before) {
+        return Err(Problem::Sentinel(field.to_owned()));
+    }
+    *before = Some(written);
+    let value = written * column.factor;
+    let kind = match column.quantity {
+        Quantity::Time => 0,
+        Quantity::Displacement => 1,
+        _ => 2,
+    };
+    if is_absurd(value, kind) {
+        return Err(Problem::Absurd(field.to_owned()));
+    }
+    row.set(column, value)
 }
 
-/// Rows by specimen (one nameless specimen when there is no such column).
-#[derive(Debug, Default)]
-struct Table {
-    specimens: BTreeMap<String, Vec<Row>>,
-}
-
-impl Table {
-    fn push(&mut self, row: Row) -> Result<(), (&'static str, Problem)> {
-        row.spread().map_err(|p| ("force_q75", p))?;
-        let rows = self.specimens.entry(row.specimen.clone()).or_default();
-        if let Some(last) = rows.last().filter(|last| row.time <= last.time) {
-            let (time_s, previous_s) = (row.time, last.time);
-            return Err(("time", Problem::NonMonotonicTime { time_s, previous_s }));
-        }
-        rows.push(row);
-        Ok(())
-    }
-
-    fn into_measurement(self, described: Measurement) -> Result<Measurement, Problem> {
-        let mut groups = self.specimens.into_iter();
-        let Some((first, rows)) = groups.next() else {
-            return Err(Problem::TooFewPoints { found: 0, needed: FEWEST_POINTS });
-        };
-        let time_s: Vec<f64> = rows.iter().map(|r| r.time).collect();
-        let displacement_m: Vec<f64> = rows.iter().map(|r| r.displacement).collect();
-        let lines = rows.iter().map(|r| r.line).collect();
-        let mut m = Measurement { time_s, displacement_m, lines, ..described };
-        let groups: Vec<_> = groups.collect();
-        if groups.is_empty() {
-            let n = rows.first().map_or(0, |r| r.specimens.len());
-            m.specimens_n = (0..n).map(|k| rows.iter().map(|r| r.specimens[k]).collect()).collect();
-            m.force_n = rows.iter().filter_map(|r| r.force).collect();
-            let spread: Vec<f64> = rows.iter().filter_map(|r| r.spread().ok().flatten()).collect();
-            m.spread_n = (spread.len() == rows.len()).then_some(spread);
-            let quartiles: Vec<_> = rows.iter().filter_map(|r| r.quartiles.0.zip(r.quartiles.1)).collect();
-            m.quartiles_n = (quartiles.len() == rows.len()).then_some(quartiles);
-        } else {
-            m.specimens_n.push(rows.iter().filter_map(|r| r.force).collect());
-            m.specimen_names.push(first.clone());
-            for (specimen, rows) in groups {
-                let same = rows.len() == m.len()
-                    && rows
-                        .iter()
-                        .zip(m.time_s.iter().zip(&m.displacement_m))
-                        .all(|(r, (t, d))| (r.time - t).abs() < 1e-9 && (r.displacement - d).abs() < 1e-7);
-                if !same {
-                    return Err(Problem::SpecimensDiffer { specimen, first });
-                }
-                m.specimens_n.push(rows.iter().filter_map(|r| r.force).collect());
-                m.specimen_names.push(specimen);
-            }
-        }
-        m.summarise_specimens();
-        Ok(m)
-    }
-}
-
-fn number(field: &str) -> Result<f64, Problem> {
-    if field.is_empty() {
-        return Err(Problem::EmptyField);
-    }
-    let value: f64 = field.parse().map_err(|_| Problem::NotANumber(field.to_owned()))?;
-    if value.is_finite() { Ok(value) } else { Err(Problem::NotFinite(field.to_owned())) }
-}
-
-/// Comma, or what else the header is made of.
-fn delimiter_of(header: &str) -> u8 {
-    if header.contains(',') {
-        b','
-    } else if header.contains(';') {
-        b';'
-    } else if header.contains('\t') {
-        b'\t'
-    } else {
-        b','
-    }
-}
-
-fn check_columns(columns: &[Column], wanted: Wanted) -> Result<(), (Option<String>, Problem)> {
-    use Quantity as Q;
-    let find = |q: Quantity| columns.iter().find(|c| c.quantity == q);
-    for (i, column) in columns.iter().enumerate() {
-        let single = !matches!(column.quantity, Q::SpecimenForce | Q::Unused);
-        let earlier = columns[..i].iter().find(|c| single && c.quantity == column.quantity);
-        if let Some(first) = earlier {
-            return Err((Some(column.name.clone()), Problem::DuplicateColumn(first.name.clone())));
-        }
-    }
-    let missing = |what| Err((None, Problem::MissingColumn(what)));
-    if find(Q::Time).is_none() {
-        return missing("time");
-    }
-    if find(Q::Displacement).is_none() {
-        return missing("displacement");
-    }
-    let force_known =
-        find(Q::Force).is_some() || (find(Q::SpecimenForce).is_some() && find(Q::Specimen).is_none());
-    if wanted == Wanted::MotionAndForce && !force_known {
-        return missing("force");
-    }
-    match (find(Q::ForceQ25), find(Q::ForceQ75)) {
-        (Some(_), None) => missing("upper quartile"),
-        (None, Some(_)) => missing("lower quartile"),
+fn check_quartiles(columns: &[Column]) -> Result<(), Problem> {
+    let has = |q: Quantity| columns.iter().any(|c| c.quantity == q);
+    match (has(Quantity::ForceQ25), has(Quantity::ForceQ75)) {
+        (true, false) => Err(Problem::MissingColumn("upper quartile")),
+        (false, true) => Err(Problem::MissingColumn("lower quartile")),
         _ => Ok(()),
     }
-}
-
-fn check_motion(m: &Measurement) -> Result<(), Problem> {
-    if m.len() < FEWEST_POINTS {
-        return Err(Problem::TooFewPoints { found: m.len(), needed: FEWEST_POINTS });
-    }
-    if m.depth_m() <= 0.0 {
-        return Err(Problem::NeverTouches { max_mm: m.depth_m() * 1e3 });
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -34,6 +34,17 @@ fn bom_crlf_comments_blanks_and_semicolons_do_not_matter() {
 }
 
 #[test]
+fn columns_that_are_not_needed_are_told() {
+    let text: String = GOOD
+        .lines()
+        .map(|l| if l.starts_with('t') { format!("{l},mood\n") } else { format!("{l},fine\n") })
+        .collect();
+    let m = parse(&text).unwrap();
+    assert_eq!(m.force_n, parse(GOOD).unwrap().force_n);
+    assert_eq!(m.notes, ["columns that are not used: mood"]);
+}
+
+#[test]
 fn units_are_converted() {
     let text = GOOD.replace("time_s,displacement_mm,force_mN", "Time [ms],Depth (um),Load_N");
     let m = parse(&text).unwrap();
@@ -57,8 +68,10 @@ fn specimen_columns_give_median_and_spread() {
 #[test]
 fn a_specimen_column_groups_the_rows() {
     let rows = GOOD.lines().skip(1);
-    let body: String =
-        ["a", "b"].iter().flat_map(|s| rows.clone().map(move |r| format!("{s},{r}\n"))).collect();
+    let body: String = ["a", "b"]
+        .iter()
+        .flat_map(|s| rows.clone().map(move |r| format!("{s},{r}{}\n", if *s == "b" { ".5" } else { "" })))
+        .collect();
     let m = parse(&format!("specimen,time_s,displacement_mm,force_mN\n{body}")).unwrap();
     assert_eq!((m.len(), m.specimens_n.len()), (5, 2));
     let shifted = body.replace("b,0.4", "b,0.5");
@@ -84,7 +97,7 @@ fn quartiles_become_a_deviation() {
 fn every_bad_file_is_named_with_place_and_remedy() {
     type Case = (&'static str, &'static str, &'static str, Option<u64>, Option<&'static str>, &'static str);
     let cases: &[Case] = &[
-        ("unknown column", "force_mN", "force_mN,mood", Some(1), Some("mood"), "unknown column"),
+        ("unknown column", "force_mN", "mood", Some(1), Some("mood"), "unknown column"),
         ("missing column", "force_mN", "force_std_mN", Some(1), None, "no column for the force"),
         ("no unit", "force_mN", "force", Some(1), Some("force"), "has no unit"),
         ("wrong unit", "displacement_mm", "displacement_s", Some(1), Some("displacement_s"), "not a unit"),

@@ -1,8 +1,9 @@
 //! Which files make one test: a file, a directory of one file per specimen, or a list with a name.
 
-use super::error::{DataError, Problem};
+use super::error::{DataError, Problem, Question};
 use super::measurement::Measurement;
-use super::reader::{Wanted, read};
+use super::reader::{Wanted, read_as};
+use super::reading::Reading;
 use super::synchronise::{Synchronised, synchronise};
 use std::path::{Path, PathBuf};
 
@@ -71,10 +72,24 @@ impl SpecimenFiles {
     ///
     /// # Errors
     /// The first thing that is wrong with a file, or that they are not specimens of one test.
-    pub fn read(&self, wanted: Wanted) -> Result<Synchronised, DataError> {
-        let read = |file: &PathBuf| read(file, wanted);
-        let specimens = self.files.iter().map(read).collect::<Result<Vec<Measurement>, _>>()?;
-        synchronise(&self.name, specimens)
+    pub fn read(&self, wanted: Wanted, reading: &Reading) -> Result<Synchronised, DataError> {
+        let specimens = asked_together(self.files.iter().map(|file| read_as(file, wanted, reading)))?;
+        for (k, one) in specimens.iter().enumerate().filter(|(_, m)| !m.force_n.is_empty()) {
+            if let Some(first) =
+                specimens[..k].iter().find(|m| m.force_n == one.force_n && m.time_s == one.time_s)
+            {
+                let name = |m: &Measurement| m.file.display().to_string();
+                return Err(one.error(Problem::SameTwice { first: name(first), second: name(one) }));
+            }
+        }
+        let warnings: Vec<String> = specimens
+            .iter()
+            .filter(|_| specimens.len() > 1)
+            .flat_map(|m| m.warnings.iter().map(|w| format!("{}: {w}", m.name)))
+            .collect();
+        let mut test = synchronise(&self.name, specimens)?;
+        test.measurement.warnings.extend(warnings);
+        Ok(test)
     }
 }
 
@@ -86,12 +101,50 @@ fn matching(pattern: &Path) -> Result<Vec<PathBuf>, Problem> {
     Ok(files.map_err(|e| bad(e.to_string()))?.into_iter().filter(|f| f.is_file()).collect())
 }
 
-/// Reads the measurement that an argument of the command line names.
+/// Reads the tests that arguments of the command line name; what several files leave open is asked once.
 ///
 /// # Errors
-/// As [`SpecimenFiles::of`] and [`SpecimenFiles::read`].
-pub fn read_test(argument: &Path, wanted: Wanted) -> Result<Measurement, DataError> {
-    Ok(SpecimenFiles::of(argument)?.read(wanted)?.measurement)
+/// As [`SpecimenFiles::of`] and [`SpecimenFiles::read`]; when two tests are the same data.
+pub fn read_tests(
+    arguments: &[PathBuf],
+    wanted: Wanted,
+    reading: &Reading,
+) -> Result<Vec<Synchronised>, DataError> {
+    let read = |argument: &PathBuf| SpecimenFiles::of(argument)?.read(wanted, reading);
+    let tests = asked_together(arguments.iter().map(read))?;
+    for (k, test) in tests.iter().enumerate() {
+        let m = &test.measurement;
+        let same = |t: &&Synchronised| {
+            t.measurement.force_n == m.force_n && t.measurement.time_s == m.time_s && !m.force_n.is_empty()
+        };
+        if let Some(first) = tests[..k].iter().find(same) {
+            let (first, second) =
+                (first.measurement.file.display().to_string(), m.file.display().to_string());
+            return Err(m.error(Problem::SameTwice { first, second }));
+        }
+    }
+    Ok(tests)
+}
+
+/// All that could be read; otherwise everything that the files leave open at once, or the first other complaint.
+fn asked_together<T>(results: impl Iterator<Item = Result<T, DataError>>) -> Result<Vec<T>, DataError> {
+    let (mut read, mut open, mut first) = (Vec::new(), Vec::<Question>::new(), None);
+    for result in results {
+        match result {
+            Ok(one) => read.push(one),
+            Err(DataError { file, problem: Problem::Unclear(questions), .. }) => {
+                let new = |q: &Question| !open.iter().any(|p: &Question| p.answer == q.answer);
+                let new: Vec<Question> = questions.into_iter().filter(new).collect();
+                open.extend(new);
+                first.get_or_insert(file);
+            }
+            Err(other) => return Err(other),
+        }
+    }
+    match first {
+        Some(file) => Err(DataError { file, line: None, column: None, problem: Problem::Unclear(open) }),
+        None => Ok(read),
+    }
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use super::figures;
 use super::result::*;
 use crate::fit::wording::{list, significant};
-use crate::report::document;
 use crate::report::plot::{heat_map, pretty};
+use crate::report::{assumed, document};
 use maud::{Markup, PreEscaped, html};
 
 /// The page.
@@ -28,6 +28,7 @@ pub fn page(d: &Diagnosis) -> String {
         (not_testable(d))
         (next(d))
         (parity(d))
+        (assumed(&d.assumptions))
         (origin(d))
     };
     document(&title, STYLE, &body)

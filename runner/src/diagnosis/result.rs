@@ -1,6 +1,7 @@
 //! What a diagnosis found: one serialisable structure, in the units that people use.
 
 use super::effect::{Place, Sign};
+use crate::assumption::Assumption;
 use crate::data::Phase;
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +19,9 @@ pub struct Diagnosis {
     pub quick: bool,
     /// Answer.
     pub verdict: Verdict,
+    /// What it rests on: the parameters that were not fitted.
+    #[serde(default)]
+    pub assumptions: Vec<Assumption>,
     /// Tests, and what was left out of them.
     pub tests: Vec<TestSummary>,
     /// Relations that need no fit.

@@ -48,6 +48,7 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
             confidence: f.decision.confidence,
             text: String::new(),
         },
+        assumptions: vec![],
         tests: f.observations.iter().enumerate().map(|(i, o)| test(f, i, o)).collect(),
         parity: super::parity::parity(about.inspection),
         baseline: plain(f, about),

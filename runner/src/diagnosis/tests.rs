@@ -127,6 +127,7 @@ fn the_json_keeps_its_layout() {
         command: String::new(),
         quick: true,
         verdict,
+        assumptions: vec![],
         tests: vec![],
         parity: vec![],
         baseline: model.clone(),
@@ -150,6 +151,7 @@ fn the_json_keeps_its_layout() {
     let mut keys: Vec<&str> = json.as_object().unwrap().keys().map(String::as_str).collect();
     keys.sort_unstable();
     let expected = [
+        "assumptions",
         "baseline",
         "command",
         "curves",

@@ -88,3 +88,27 @@ pub enum FmiError {
     #[error("the FMU cannot {0}")]
     NotSupported(&'static str),
 }
+
+impl FmiError {
+    /// Whether the model itself refused, as it would every time: not a fatal error, and not one of the loader.
+    pub fn is_verdict(&self) -> bool {
+        matches!(self, Self::Call { status, .. } if status == "discarded" || status == "error")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_models_own_refusal_is_a_verdict() {
+        let call = |status: &str| FmiError::Call {
+            function: "fmi2DoStep",
+            status: status.to_owned(),
+            messages: String::new(),
+        };
+        assert!(call("discarded").is_verdict() && call("error").is_verdict());
+        assert!(!call("fatal error").is_verdict() && !call("status 7").is_verdict());
+        assert!(!FmiError::NotSupported("x").is_verdict());
+    }
+}

@@ -1,6 +1,7 @@
 //! From an identification to the report of it.
 
 use super::{Identification, curves, noise_of};
+use crate::assumption::{Assumption, assumptions};
 use crate::data::Phase;
 use crate::engine::Engine;
 use crate::fit::derived::material_quantities;
@@ -73,8 +74,15 @@ pub fn report(context: &Context, found: &Identification) -> Result<(FitReport, V
         runs: run_statistics(c, found),
         starts: found.search.records.clone(),
         settings: settings(c),
+        assumptions: rests_on(c, &found.values),
     };
     Ok((assembly.build()?, missing))
+}
+
+/// Parameters that were not fitted, where the FMU is known to mean what it says.
+fn rests_on(c: &Context, values: &BTreeMap<String, f64>) -> Vec<Assumption> {
+    let fitted: Vec<&str> = c.parameters.free().iter().map(|p| p.name.as_str()).collect();
+    assumptions(c.engine.wiring(), values, &fitted)
 }
 
 /// Points of the first loading and hold of each test, among those of all tests.

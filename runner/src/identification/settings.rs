@@ -4,9 +4,9 @@
 //! same settings lead through the same runs to where the work ended, and on from there.
 
 use crate::cli::engine_args::EngineArguments;
-use crate::data::{DataError, NoiseModel, Phase, SpecimenFiles};
+use crate::data::{DataError, NoiseModel, Phase, Reading, SpecimenFiles};
 use crate::objective::{Requests, Weights};
-use crate::output::{OutputError, write_file};
+use crate::output::{Folder, OutputError, json};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -26,6 +26,9 @@ pub struct Settings {
     pub engine: EngineArguments,
     /// The fit.
     pub fit: FitSettings,
+    /// How the files are read.
+    #[serde(default)]
+    pub reading: Reading,
 }
 
 /// A measurement's file, or files, as they were when they were read.
@@ -60,14 +63,14 @@ pub struct FitSettings {
     #[arg(long, value_enum, default_value_t)]
     pub noise: NoiseModel,
     /// Number of specimens behind the file's spread, where it does not hold the specimens themselves
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = crate::cli::count::specimens)]
     pub specimens: Option<usize>,
     /// Weight of a phase (approach, ramp, hold, unload, recovery; or hold-early, hold-middle, hold-late alone) in
     /// chi^2 [default: 1 each] (repeatable)
     #[arg(long, value_name = "PHASE=WEIGHT")]
     pub weight: Vec<String>,
     /// Starts: the first is --start, the others are drawn within the bounds
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = crate::cli::count::starts)]
     pub starts: usize,
     /// Seed of the drawn starts
     #[arg(long, value_name = "SEED", default_value_t = 1)]
@@ -79,7 +82,7 @@ pub struct FitSettings {
     #[arg(long, value_name = "STEP", default_value_t = 0.01)]
     pub fd_step: f64,
     /// Largest number of evaluations per start (those inside a Jacobian are not counted)
-    #[arg(long, value_name = "N", default_value_t = 60)]
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = crate::cli::count::evaluations)]
     pub max_evaluations: usize,
 }
 
@@ -186,6 +189,7 @@ impl Settings {
         validation: &[PathBuf],
         engine: &EngineArguments,
         fit: &FitSettings,
+        reading: &Reading,
     ) -> Result<Self, SettingsError> {
         let sources = |files: &[PathBuf]| files.iter().map(|f| Source::of(f)).collect::<Result<Vec<_>, _>>();
         Ok(Self {
@@ -194,6 +198,7 @@ impl Settings {
             validation: sources(validation)?,
             engine: EngineArguments { jobs: 0, ..engine.clone() },
             fit: fit.clone(),
+            reading: reading.clone(),
         })
     }
 
@@ -222,11 +227,9 @@ impl Settings {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn save(&self, directory: &Path) -> Result<(), SettingsError> {
-        let file = directory.join(FILE);
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|e| SettingsError::Damaged { file: file.clone(), reason: e.to_string() })?;
-        Ok(write_file(&file, text.as_bytes())?)
+    pub fn save(&self, folder: &Folder) -> Result<(), SettingsError> {
+        let text = json(&folder.path().join(FILE), self)?;
+        Ok(folder.write(FILE, &text)?)
     }
 
     /// Checks that the command line asks for the same thing.
@@ -239,6 +242,7 @@ impl Settings {
             ("--validate", self.validation == asked.validation),
             ("the model's options", self.engine == asked.engine),
             ("the fit's options", self.fit == asked.fit),
+            ("how the files are read", self.reading == asked.reading),
         ];
         match parts.iter().find(|(_, same)| !same) {
             Some((what, _)) => Err(SettingsError::Differs { what }),

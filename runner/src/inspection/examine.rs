@@ -10,6 +10,7 @@ use super::water::WaterContent;
 use crate::data::noise::common_factor::common_factor;
 use crate::data::noise::correlated::{NoiseParts, Record, autocorrelation, noise_parts};
 use crate::data::phase::phases;
+use crate::data::plausibility::outliers;
 use crate::data::{DataError, Estimate, Measurement, Synchronised};
 
 /// What is not in the files.
@@ -50,7 +51,7 @@ fn test(test: &Synchronised, options: &Options) -> Result<(TestInspection, Vec<R
     let parts = noise_parts(&records);
     let of_holds = off_contact::white_of_holds(&traces).filter(|_| parts.is_none());
     let noise_n = parts.map(total).or(of_holds.map(|h| h.0.value)).unwrap_or(0.0);
-    let mut notes = m.notes.clone();
+    let mut notes: Vec<String> = m.warnings.iter().chain(&m.notes).cloned().collect();
     if parts.is_none() {
         notes.push(
             "too few samples off contact to tell correlated noise: measure some seconds above the surface"
@@ -137,12 +138,19 @@ fn curve(m: &Measurement) -> Result<PhaseCurve, DataError> {
     let cycles = crate::data::cycles(m)?;
     let milli = |values: &[f64]| values.iter().map(|v| v * 1e3).collect::<Vec<f64>>();
     let quartiles = m.quartiles_n.as_ref().map(|q| q.iter().map(|(a, b)| (a * 1e3, b * 1e3)).collect());
+    let of_curve = |force_n: &[f64]| -> Vec<(f64, f64)> {
+        let found = outliers(&m.time_s, force_n);
+        found.into_iter().map(|i| (m.time_s[i], force_n[i] * 1e3)).collect()
+    };
+    let outliers = m.curves_n().into_iter().flat_map(of_curve).collect();
     let number = |&t: &f64| cycles.iter().filter(|c| t > c.start_s).count().max(1);
     Ok(PhaseCurve {
         time_s: m.time_s.clone(),
         displacement_mm: milli(&m.displacement_m),
         force_mn: milli(&m.force_n),
         quartiles_mn: quartiles,
+        specimens_mn: m.specimens_n.iter().map(|s| milli(s)).collect(),
+        outliers,
         cycle: m.time_s.iter().map(number).collect(),
         phase: phases(m),
     })

@@ -93,6 +93,28 @@ pub(super) fn whole(test: &TestInspection) -> Vec<String> {
     ]
 }
 
+/// What was read: the force of every specimen, samples that stand alone marked.
+pub(super) fn as_read(test: &TestInspection) -> Option<String> {
+    let curve = &test.curve;
+    if curve.specimens_mn.is_empty() && curve.outliers.is_empty() {
+        return None;
+    }
+    let limits = range(
+        curve.specimens_mn.iter().flatten().chain(&curve.force_mn).chain(curve.outliers.iter().map(|o| &o.1)),
+    );
+    let axis = Axis::linear("force (mN)").with_range(limits.0, limits.1);
+    let mut chart = Chart::new("As read: every specimen", Axis::linear("time (s)"), axis, WIDE);
+    for specimen in &curve.specimens_mn {
+        chart = chart.with(None, palette::GREY, Mark::Line, &curve.time_s, specimen);
+    }
+    chart = chart.with(None, palette::INK, Mark::Line, &curve.time_s, &curve.force_mn);
+    let (time_s, force_mn): (Vec<f64>, Vec<f64>) = curve.outliers.iter().copied().unzip();
+    if !time_s.is_empty() {
+        chart = chart.with(Some("outliers"), palette::VERMILION, Mark::Points, &time_s, &force_mn);
+    }
+    Some(chart.to_svg())
+}
+
 /// Loading of the first cycle, phases behind it.
 pub(super) fn loading(test: &TestInspection) -> Option<String> {
     let c = test.cycles.first()?;
@@ -134,6 +156,10 @@ pub(super) fn holds(test: &TestInspection) -> Option<String> {
     let quartiles = parts.first()?.quartiles_mn.iter().flat_map(|(a, b)| a.iter().chain(b));
     let limits = range(parts.iter().flat_map(|p| &p.force_mn).chain(quartiles));
     let start = parts.iter().filter_map(|p| p.time_s.first()).copied().fold(f64::INFINITY, f64::min);
+    // A hold between two samples has no curve.
+    if start >= first.hold_s {
+        return None;
+    }
     let axis = Axis::log("time since the end of the ramp (s)").with_range(start, first.hold_s);
     let chart = Chart::new(
         "Holds of all cycles",

@@ -81,6 +81,7 @@ fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
         @if !test.notes.is_empty() { ul { @for note in &test.notes { li { (text(note)) } } } }
         (forces(test))
         (legend())
+        @if let Some(f) = figures::as_read(test) { figure { (PreEscaped(f)) } }
         @for figure in figures::whole(test) { figure { (PreEscaped(figure)) } }
         div.pair {
             @if let Some(f) = figures::loading(test) { (PreEscaped(f)) }

@@ -3,13 +3,13 @@
 use super::water::WaterContent;
 use crate::data::noise::correlated::Autocorrelation;
 use crate::data::{Estimate, Phase, Quartiles};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Version of the JSON layout.
 pub const SCHEMA: &str = "poropunch.inspection/1";
 
 /// All that was read from some measurements.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Inspection {
     /// [`SCHEMA`].
     pub schema: String,
@@ -26,7 +26,7 @@ pub struct Inspection {
 }
 
 /// One test.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TestInspection {
     /// Its name.
     pub name: String,
@@ -66,6 +66,10 @@ pub struct PhaseCurve {
     pub force_mn: Vec<f64>,
     /// Lower and upper quartile (mN), where there are specimens.
     pub quartiles_mn: Option<Vec<(f64, f64)>>,
+    /// Force of each specimen (mN); empty where there is one curve.
+    pub specimens_mn: Vec<Vec<f64>>,
+    /// Samples that stand alone: time (s) and force (mN).
+    pub outliers: Vec<(f64, f64)>,
     /// Cycle, counted from 1.
     pub cycle: Vec<usize>,
     /// Phase.
@@ -73,7 +77,7 @@ pub struct PhaseCurve {
 }
 
 /// One cycle. Quartiles are over the specimens.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CycleInspection {
     /// Counted from 1.
     pub number: usize,
@@ -122,7 +126,7 @@ pub struct CycleInspection {
 }
 
 /// Force some time after the end of the ramp.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ForceAfter {
     /// Time after the end of the ramp (s).
     pub after_s: f64,
@@ -131,7 +135,7 @@ pub struct ForceAfter {
 }
 
 /// Force while the punch is pulled off.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Retraction {
     /// Smallest force (mN).
     pub minimum_mn: Quartiles,
@@ -142,7 +146,7 @@ pub struct Retraction {
 }
 
 /// First touch.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactInspection {
     /// Displacement at which the force passes the threshold above that off contact (mm).
     pub threshold_mm: Quartiles,
@@ -155,7 +159,7 @@ pub struct ContactInspection {
 }
 
 /// Where noise was told from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseSource {
     /// Punch in the air.
@@ -165,7 +169,7 @@ pub enum NoiseSource {
 }
 
 /// Noise of the force.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NoiseInspection {
     /// White part of one specimen's samples (mN).
     pub white_mn: Option<Estimate>,
@@ -193,7 +197,7 @@ pub struct NoiseInspection {
 }
 
 /// A faster test against the slowest, in one cycle.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ratio {
     /// Name of the faster test.
     pub test: String,
@@ -212,7 +216,7 @@ pub struct Ratio {
 }
 
 /// A ratio; its uncertainty is known where both tests have specimens.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RatioValue {
     /// Ratio (-).
     pub value: f64,

@@ -228,7 +228,12 @@ fn parse_bounds(wiring: &Wiring, texts: &[String]) -> Result<BTreeMap<String, [f
         let (name, range) = split_assignment(text).ok_or_else(bad)?;
         let (lower, upper) = range.split_once(':').ok_or_else(bad)?;
         let variable = variable_named(wiring, name)?;
-        Ok((name.to_owned(), [number_in(variable, lower)?, number_in(variable, upper)?]))
+        let upper_value = number_in(variable, upper)?;
+        // `100:1e5Pa.s`: a unit after the upper end is that of both.
+        let unit = upper.trim_start_matches(|c: char| c.is_ascii_digit() || "+-.eE ".contains(c));
+        let bare = lower.trim().parse::<f64>().is_ok();
+        let lower = if bare { format!("{}{unit}", lower.trim()) } else { lower.to_owned() };
+        Ok((name.to_owned(), [number_in(variable, &lower)?, upper_value]))
     };
     texts.iter().map(one).collect()
 }

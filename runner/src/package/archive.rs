@@ -2,10 +2,11 @@
 
 use super::documentation::documentation;
 use crate::fmi::PLATFORM;
+use crate::output::mark::words;
+use crate::output::{OutputError, write_file};
 use poropunch::model_description::{MODEL_IDENTIFIER, xml};
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
-use tempfile::Builder;
 use thiserror::Error;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -21,6 +22,9 @@ pub enum PackageError {
         /// Reason.
         source: std::io::Error,
     },
+    /// The place of the archive.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// The archive itself.
     #[error("the archive cannot be formed: {0}")]
     Zip(#[from] zip::result::ZipError),
@@ -70,15 +74,6 @@ pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
         writer.start_file(name, options.unix_permissions(mode))?;
         writer.write_all(contents).map_err(io(path))?;
     }
-    let bytes = writer.finish()?.into_inner();
-
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // As any other file of the user: temporary ones are for their owner's eyes only.
-    let mut file = Builder::new();
-    #[cfg(unix)]
-    file.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = file.tempfile_in(folder).map_err(io(folder))?;
-    file.write_all(&bytes).map_err(io(path))?;
-    file.persist(path).map_err(|e| io(path)(e.error))?;
-    Ok(())
+    writer.set_comment(words())?;
+    Ok(write_file(path, &writer.finish()?.into_inner())?)
 }

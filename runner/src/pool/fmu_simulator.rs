@@ -186,10 +186,14 @@ fn set_number(instance: &mut FmuInstance, variable: &ScalarVariable, value: f64)
     }
 }
 
-/// A call whose failure is the model's answer, with what the FMU logged.
+/// A call whose failure is the model's answer where it says so itself (`fmi2Discard`, `fmi2Error`), with what the FMU
+/// logged; after a fatal error, or one of the loader, another try may succeed.
 fn attempt<T>(
     instance: &mut FmuInstance,
     call: impl FnOnce(&mut FmuInstance) -> Result<T, FmiError>,
 ) -> Result<T, RunFailure> {
-    call(instance).map_err(|error| RunFailure::Model(error.to_string()))
+    call(instance).map_err(|error| match error {
+        error if error.is_verdict() => RunFailure::Model(error.to_string()),
+        other => RunFailure::Engine(other.to_string()),
+    })
 }

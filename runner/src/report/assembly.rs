@@ -3,6 +3,7 @@
 use super::first_hold::gains;
 use super::fit_report::*;
 use super::verdict;
+use crate::assumption::Assumption;
 use crate::fit::derived::{self, DerivedQuantity, Values};
 use crate::fit::{
     FitError, FitParameter, Identifiability, Noise, ParameterEstimate, Solution, StartRecord, Statistics,
@@ -70,6 +71,8 @@ pub struct Assembly<'a> {
     pub starts: Vec<StartRecord>,
     /// Settings worth keeping.
     pub settings: Vec<Setting>,
+    /// Parameters that were not fitted.
+    pub assumptions: Vec<Assumption>,
 }
 
 impl Assembly<'_> {
@@ -97,6 +100,7 @@ impl Assembly<'_> {
             verdict: Verdict::default(),
             parameters: statistics.estimates.iter().map(row).collect(),
             fixed: self.fixed,
+            assumptions: self.assumptions,
             derived: derived
                 .iter()
                 .map(|d| DerivedRow {

@@ -1,6 +1,7 @@
 //! The report of a fit: the schema of `result.json`. Values are in the units that stand beside them (people's:
 //! mm, s, mN, Pa, mm^2).
 
+use crate::assumption::Assumption;
 use crate::fit::statistics::{BoundSide, Determination};
 use crate::fit::{Finding, StartRecord, StopReason};
 use serde::{Deserialize, Serialize};
@@ -28,6 +29,9 @@ pub struct FitReport {
     pub parameters: Vec<ParameterRow>,
     /// Fixed and tied parameters.
     pub fixed: Vec<FixedRow>,
+    /// What the result rests on: every parameter that was not fitted, given or assumed.
+    #[serde(default)]
+    pub assumptions: Vec<Assumption>,
     /// Quantities computed from the parameters.
     pub derived: Vec<DerivedRow>,
     /// How much better values are known from everything than from the first loading and hold of each test; empty

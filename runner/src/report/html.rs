@@ -3,6 +3,7 @@
 use super::figures;
 use super::fit_report::*;
 use super::plot::{exponent, heat_map, interval_bar, pretty};
+use crate::assumption::Assumption;
 use crate::fit::statistics::{BoundSide, Determination};
 use crate::fit::wording::{significant, spread};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -21,6 +22,7 @@ pub fn page(report: &FitReport) -> String {
         (residuals(report))
         (correlation(report))
         (course(report))
+        (assumed(&report.assumptions))
         (origin(report))
     };
     document(&report.title, "", &body)
@@ -77,6 +79,27 @@ fn verdict(verdict: &Verdict) -> Markup {
             }
             @if !verdict.warnings.is_empty() {
                 div.warnings { h3 { "Mind" } (list(&verdict.warnings)) }
+            }
+        }
+    }
+}
+
+/// Everything that was not fitted, with its unit, and whether it was given.
+pub fn assumed(assumptions: &[Assumption]) -> Markup {
+    html! {
+        @if !assumptions.is_empty() {
+            h2 { "Given and assumed" }
+            p.meta { "Force in mN, depth in mm, time in s; both positive into the sample." }
+            @for (given, what) in [(true, "given"), (false, "assumed: the defaults")] {
+                @let rows: Vec<&Assumption> = assumptions.iter().filter(|a| a.given == given).collect();
+                @if !rows.is_empty() {
+                    details open[given] {
+                        summary { (what) }
+                        table { tbody { @for a in rows { tr {
+                            td.name { (a.name) } td.number { (a.value) } td { (pretty(&a.unit)) } td { (a.meaning) }
+                        } } } }
+                    }
+                }
             }
         }
     }

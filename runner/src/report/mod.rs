@@ -17,7 +17,7 @@ mod verdict;
 pub use assembly::{Assembly, MeasuredCurve};
 pub use csv::{curves_csv, parameters_csv};
 pub use fit_report::*;
-pub use html::{document, page};
+pub use html::{assumed, document, page};
 pub(crate) use table::columns;
 pub use table::table;
 

@@ -73,6 +73,7 @@ fn report() -> FitReport {
         curves: vec![fitted, curve("P1", Role::Validation, 11.0)],
         runs: RunStatistics { runs: 40, cache_hits: 3, failed: 1, ..RunStatistics::default() },
         starts: vec![],
+        assumptions: vec![],
         settings: vec![],
     }
     .build()
@@ -157,6 +158,7 @@ fn curves_of_different_length_are_refused() {
         curves: vec![broken],
         runs: RunStatistics::default(),
         starts: vec![],
+        assumptions: vec![],
         settings: vec![],
     };
     assert!(assembly.build().is_err());

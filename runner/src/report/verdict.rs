@@ -45,8 +45,13 @@ fn headline(report: &FitReport) -> String {
             format!(", {but} the combination{s} {}", list(&combinations))
         }
     };
-    format!("{parameters}{combinations}. {}", agreement(report))
+    // What is not at a minimum determines nothing yet: nobody should read on before knowing.
+    let provisional = if report.fit.stop.converged() { "" } else { "The fit did not converge. " };
+    format!("{provisional}{parameters}{combinations}. {}", agreement(report))
 }
+
+/// A chi^2 per degree of freedom below this is no luck: the noise is not what the data say it is.
+const TOO_GOOD: f64 = 0.25;
 
 /// Whether the model meets the data, where their noise is known.
 fn agreement(report: &FitReport) -> String {
@@ -60,6 +65,11 @@ fn agreement(report: &FitReport) -> String {
     if fit.reduced_chi_square > 1.0 + tolerance {
         format!(
             "The model misses the data by more than their noise: chi^2 per degree of freedom is {reduced}."
+        )
+    } else if fit.reduced_chi_square < TOO_GOOD && fit.reduced_chi_square < 1.0 - 2.0 * tolerance {
+        format!(
+            "chi^2 per degree of freedom is {reduced}, far below one: the data scatter far less than the noise that \
+             they are given (a spread of specimens, smoothed or computed curves?), so the intervals are too wide."
         )
     } else {
         format!("The model meets the data to their noise: chi^2 per degree of freedom is {reduced}.")

@@ -21,8 +21,11 @@ pub(super) struct Scale {
 }
 
 impl Scale {
+    /// A range that cannot be drawn (empty, without end, not positive on a logarithmic axis) gives an axis of its own.
     pub(super) fn new(kind: ScaleKind, data: (f64, f64), paper: (f64, f64)) -> Self {
-        Self { kind, data, paper }
+        let is_finite = data.0.is_finite() && data.1.is_finite();
+        let is_drawable = is_finite && data.0 < data.1 && (kind == ScaleKind::Linear || data.0 > 0.0);
+        Self { kind, data: if is_drawable { data } else { (0.1, 1.0) }, paper }
     }
 
     fn transform(&self, value: f64) -> f64 {
@@ -119,6 +122,14 @@ mod tests {
         assert_eq!(labels(&scale), ["0.01", "0.1", "1", "10"]);
         let scale = Scale::new(ScaleKind::Log, (1e-6, 2e-5), (0.0, 300.0));
         assert_eq!(labels(&scale), ["10⁻⁶", "2·10⁻⁶", "5·10⁻⁶", "10⁻⁵", "2·10⁻⁵"]);
+    }
+
+    #[test]
+    fn a_range_without_end_has_few_ticks() {
+        for data in [(f64::INFINITY, 90.0), (0.0, 1.0), (1.0, f64::NAN), (2.0, 2.0)] {
+            let scale = Scale::new(ScaleKind::Log, data, (0.0, 500.0));
+            assert!(scale.ticks().len() < 20 && scale.place_clamped(0.5).is_finite(), "{data:?}");
+        }
     }
 
     #[test]

@@ -1,0 +1,54 @@
+//! How the program ends: its exit codes, and which error has which.
+
+use crate::data::DataError;
+use crate::identification::SettingsError;
+use crate::objective::{DatasetError, ParameterError};
+use crate::setting::SettingError;
+use std::error::Error;
+use thiserror::Error;
+
+/// The exit codes, for `--help`.
+pub const HELP: &str = "Exit codes: 0 done, 2 wrong use, 3 the fit did not converge (its results are written), 4 the data \
+                        are refused, 130 stopped (what is done is kept), 1 anything else: a file that cannot be \
+                        written, a model that fails.";
+
+/// Wrong use that clap does not see.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct UsageError(pub String);
+
+/// Data that cannot be used, for a reason that is not in one file.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct RefusedData(pub String);
+
+/// Wrong use.
+pub const USAGE: u8 = 2;
+/// The fit ended before it converged.
+pub const NOT_CONVERGED: u8 = 3;
+/// The data are refused.
+pub const DATA_REFUSED: u8 = 4;
+/// Stopped by the user.
+pub const STOPPED: u8 = 130;
+const OTHER: u8 = 1;
+
+/// The exit code of an error.
+pub fn code_of(error: &(dyn Error + 'static)) -> u8 {
+    if error.is::<DataError>() || error.is::<RefusedData>() {
+        return DATA_REFUSED;
+    }
+    if error.is::<UsageError>() || error.is::<SettingError>() || error.is::<ParameterError>() {
+        return USAGE;
+    }
+    if let Some(error) = error.downcast_ref::<DatasetError>() {
+        return match error {
+            DatasetError::Noise(_) => USAGE,
+            _ => DATA_REFUSED,
+        };
+    }
+    match error.downcast_ref::<SettingsError>() {
+        Some(SettingsError::Files(_) | SettingsError::Changed { .. }) => DATA_REFUSED,
+        Some(SettingsError::Output(_)) | None => OTHER,
+        Some(_) => USAGE,
+    }
+}
