@@ -10,7 +10,7 @@ use crate::parameters::Parameters;
 /// A bonded flat punch on the undeformed sample, and the number of unknowns.
 fn touched() -> (Surface, Contact, usize) {
     let p = Parameters::default();
-    let mesh = Mesh::under(&p.indenter, &p.geometry, &p.mesh);
+    let mesh = Mesh::new(&p.geometry, &p.mesh);
     let geometry = Geometry::new(&mesh);
     let surface = Surface::new(&mesh, &geometry, &p.boundary, Profile::Flat, Adhesion::NONE);
     let contact = surface.touched();

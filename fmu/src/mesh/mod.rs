@@ -9,7 +9,6 @@ mod grading;
 pub mod parameters;
 mod presets;
 
-use crate::contact::parameters::IndenterParameters;
 use crate::mesh::parameters::{GeometryParameters, MeshParameters};
 use blocks::Quad;
 use std::collections::HashMap;
@@ -69,27 +68,24 @@ pub struct Mesh {
 impl Mesh {
     /// The mesh of a geometry under a flat punch.
     pub fn new(geometry: &GeometryParameters, mesh: &MeshParameters) -> Self {
-        Self::under(&IndenterParameters::default(), geometry, mesh)
+        Self::under(None, geometry, mesh)
     }
 
-    /// The mesh of a geometry under an indenter.
-    pub fn under(
-        indenter: &IndenterParameters,
-        geometry: &GeometryParameters,
-        mesh: &MeshParameters,
-    ) -> Self {
-        let quads: Vec<Quad> = quads(indenter, geometry, mesh).collect();
-        let platen = geometry.is_platen() && indenter.contact_edge_from(geometry.punch_radius).is_none();
+    /// The mesh of a geometry under an indenter; the edge of its contact can run from `contact_edge` (m) on, or is that of
+    /// the punch.
+    pub fn under(contact_edge: Option<f64>, geometry: &GeometryParameters, mesh: &MeshParameters) -> Self {
+        let quads: Vec<Quad> = quads(contact_edge, geometry, mesh).collect();
+        let platen = geometry.is_platen() && contact_edge.is_none();
         Self::from_quads(&quads, if platen { f64::INFINITY } else { geometry.punch_radius })
     }
 
     /// Whether it would have more elements than this program makes; told without making them.
     pub fn is_too_large(
-        indenter: &IndenterParameters,
+        contact_edge: Option<f64>,
         geometry: &GeometryParameters,
         mesh: &MeshParameters,
     ) -> bool {
-        quads(indenter, geometry, mesh).nth(MOST_ELEMENTS).is_some()
+        quads(contact_edge, geometry, mesh).nth(MOST_ELEMENTS).is_some()
     }
 
     /// The rectangular mesh of given grid lines (ascending from 0); `punch_radius` is one of the radii.
@@ -272,12 +268,12 @@ impl Mesh {
 
 /// The elements' corners.
 fn quads(
-    indenter: &IndenterParameters,
+    contact_edge: Option<f64>,
     geometry: &GeometryParameters,
     mesh: &MeshParameters,
 ) -> Box<dyn Iterator<Item = Quad>> {
     let radius = geometry.punch_radius;
-    if let Some(from) = indenter.contact_edge_from(radius) {
+    if let Some(from) = contact_edge {
         let zone = presets::growing_contact(mesh, radius, radius - from);
         Box::new(blocks::growing_contact(geometry, from, &zone))
     } else if geometry.is_platen() {
@@ -291,7 +287,6 @@ fn quads(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::parameters::IndenterProfile;
     use crate::mesh::parameters::MeshPreset;
 
     /// The finest mesh that the ranges of the parameters allow would have some twenty million elements.
@@ -300,12 +295,11 @@ mod tests {
         let geometry = GeometryParameters::default();
         let edge_size = 1e-5 * geometry.reach();
         let absurd = MeshParameters { edge_size, growth: 1.05, ..Default::default() };
-        let sphere = IndenterParameters { profile: IndenterProfile::Sphere, ..Default::default() };
-        assert!(Mesh::is_too_large(&sphere, &geometry, &absurd));
+        assert!(Mesh::is_too_large(Some(0.0), &geometry, &absurd));
         for preset in [MeshPreset::Coarse, MeshPreset::Standard, MeshPreset::Fine] {
             let mesh = MeshParameters { preset, ..Default::default() };
-            assert!(!Mesh::is_too_large(&sphere, &geometry, &mesh));
-            assert!(!Mesh::is_too_large(&IndenterParameters::default(), &geometry, &mesh));
+            assert!(!Mesh::is_too_large(Some(0.0), &geometry, &mesh));
+            assert!(!Mesh::is_too_large(None, &geometry, &mesh));
         }
     }
 

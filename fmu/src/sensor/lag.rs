@@ -1,6 +1,6 @@
 //! Load-cell lag: a first-order low pass between the force and its reading, `T dy/dt = F - y`.
 //!
-//! The force between two steps is a polynomial (see [`crate::motion`]); the convolution with the
+//! The force between two steps is a polynomial (see the path in `motion`); the convolution with the
 //! exponential is integrated to rounding, always from the last step's end, so that the reading does not
 //! depend on when it is asked for.
 

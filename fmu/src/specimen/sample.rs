@@ -58,12 +58,12 @@ impl Sample {
         geometry: &GeometryParameters,
         mesh: &MeshParameters,
     ) -> Result<Arc<Self>, StructureError> {
-        let key = (indenter.contact_edge_from(geometry.punch_radius), geometry.clone(), mesh.clone());
-        LIVE.share(key, || {
-            if Mesh::is_too_large(indenter, geometry, mesh) {
+        let contact_edge = indenter.contact_edge_from(geometry.punch_radius);
+        LIVE.share((contact_edge, geometry.clone(), mesh.clone()), || {
+            if Mesh::is_too_large(contact_edge, geometry, mesh) {
                 return Err(StructureError::TooLarge);
             }
-            Self::from_mesh(Mesh::under(indenter, geometry, mesh))
+            Self::from_mesh(Mesh::under(contact_edge, geometry, mesh))
         })
     }
 }
