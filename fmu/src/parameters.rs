@@ -81,7 +81,7 @@ impl Parameters {
 
 impl Parameters {
     /// The mesh that the sample gets: the one asked for, but that a skeleton which is weak in volume is not resolved
-    /// below [`EDGE_RADIUS`] at a sharp edge unless `mesh.edge_size` says so.
+    /// below 3 % of the punch's radius at a sharp edge unless `mesh.edge_size` says so.
     ///
     /// Beside a sharp edge the strain grows without bound, while the law (Eq. 10) bears a mean tension of at most
     /// `lambda* (1 - n0S)`: closer to the edge than a fraction of the punch's radius there is no equilibrium once
