@@ -54,15 +54,19 @@ impl Surface {
         self.adhesion.strength * self.area(node, contact, |(intact, bridged)| intact && !bridged)
     }
 
-    /// Pull that adhesion bears against a corner's hat function (N).
-    pub(super) fn strength(&self, corner: usize, contact: &Contact) -> f64 {
+    /// Pull that adhesion bears on a node (N).
+    pub(super) fn bond_strength(&self, node: usize, contact: &Contact) -> f64 {
         if !self.adhesion.is_active() {
             return 0.0;
         }
+        self.adhesion.strength * self.area(node, contact, |(intact, _)| intact)
+    }
+
+    /// Pull that adhesion bears against a corner's hat function (N).
+    pub(super) fn strength(&self, corner: usize, contact: &Contact) -> f64 {
         let around = (2 * corner).saturating_sub(1)..=(2 * corner + 1).min(self.nodes.len() - 1);
         let weight = |node: usize| if node == 2 * corner { 1.0 } else { 0.5 };
-        let intact = |(intact, _): (bool, bool)| intact;
-        around.map(|node| self.adhesion.strength * weight(node) * self.area(node, contact, intact)).sum()
+        around.map(|node| weight(node) * self.bond_strength(node, contact)).sum()
     }
 }
 

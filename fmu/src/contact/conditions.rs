@@ -183,6 +183,10 @@ impl Conditions {
                 self.unknowns[unknown] = from[unknown];
                 self.values[unknown] = 0.0;
             }
+            if let Some(pressure) = node.pressure.filter(|_| closed && surface.is_at_edge(index, contact)) {
+                // The water leaves at the edge of the contact.
+                self.unknowns[pressure] = self.open[pressure];
+            }
             let pull = surface.pull(index, contact);
             if pull != 0.0 {
                 self.pulls.push((node.axial, pull));

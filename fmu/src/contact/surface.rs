@@ -4,7 +4,8 @@
 //! the punch's face; it opens when it would be pulled, and closes when it would pass through the face. The
 //! consistent nodal forces of a quadratic element under uniform pressure are zero at some nodes, so tension
 //! is judged by the reaction against bilinear hat functions: a corner's own and half of its neighbours'. A
-//! mid-side node is in contact when both its corners are.
+//! mid-side node is in contact when both its corners are; where the edge of the contact lies between them, it is in
+//! contact on its own account, by its own gap and force.
 //!
 //! A bonded face holds every node radially where it was touched. As long as it is touched everywhere nothing
 //! else matters; but at the edge of a partly opened face the shear of an unbreakable bond would grow without
@@ -29,6 +30,9 @@ use std::ops::Range;
 
 /// Least width of a patch over the punch's radius.
 const PATCH: f64 = 0.1;
+/// Largest turn of the face over a side (radian) with which the contact may end between its corners. Around a narrower
+/// edge a quadratic side cannot follow the face: laid on it with one end free it turns its element inside out.
+const FOLLOWED_TURN: f64 = 0.1;
 
 /// The rigid body that a node of the surface can touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,6 +116,8 @@ impl Status {
 pub struct Contact {
     /// The corners, from the axis outwards.
     pub(super) corners: Vec<Status>,
+    /// Mid-side nodes that are in contact although one of their corners is open.
+    middles: Vec<bool>,
     /// Radial displacement at which each node stuck when it was last touched (m).
     pub(super) held: Vec<f64>,
     /// Friction, positive outwards over pressure, under which each corner yields.
@@ -123,6 +129,8 @@ pub struct Contact {
 pub struct Decision {
     /// The corners from then on.
     corners: Vec<Status>,
+    /// The mid-side nodes, as [`Contact`] has them.
+    middles: Vec<bool>,
     /// Whether the solution may not stand.
     pub solve_again: bool,
 }
@@ -167,6 +175,8 @@ pub struct Trial<'a> {
 pub struct Past {
     /// Corners that opened.
     opened: Vec<bool>,
+    /// Mid-side nodes that opened by themselves.
+    opened_middles: Vec<bool>,
     /// Patches that slid.
     slid: Vec<bool>,
 }
@@ -181,7 +191,12 @@ impl Decision {
 impl Contact {
     /// Whether a node of the surface is in contact.
     pub fn is_closed(&self, node: usize) -> bool {
-        self.around(node).iter().all(|status| status.is_closed())
+        self.is_alone(node) || self.around(node).iter().all(|status| status.is_closed())
+    }
+
+    /// Whether a node is a mid-side node in contact beside an open corner.
+    fn is_alone(&self, node: usize) -> bool {
+        node % 2 == 1 && self.middles[node / 2]
     }
 
     /// Whether the punch still holds a side by contact or adhesion, and whether it does so over a gap.
@@ -198,7 +213,8 @@ impl Contact {
 
     /// Whether a node that is in contact is held radially by a bonded face.
     pub fn is_held(&self, node: usize) -> bool {
-        self.around(node).iter().all(|status| *status == Status::Held)
+        let is_alone = self.is_alone(node);
+        self.around(node).iter().all(|status| *status == Status::Held || (is_alone && !status.is_closed()))
     }
 
     /// Friction of the punch on a node, positive outwards, over its pressure, for a friction coefficient.
@@ -236,7 +252,9 @@ impl Contact {
     /// Whether the same nodes are in contact, held where they were, or sliding; no patch yields.
     pub fn touches_as(&self, other: &Self) -> bool {
         let kind = |status: &Status| (status.is_closed(), *status == Status::Open, *status == Status::Yields);
-        self.corners.iter().map(kind).eq(other.corners.iter().map(kind)) && self.held == other.held
+        self.corners.iter().map(kind).eq(other.corners.iter().map(kind))
+            && self.middles == other.middles
+            && self.held == other.held
     }
 
     /// The corners, from the axis outwards.
@@ -326,6 +344,7 @@ impl Surface {
         let status = |node: &SurfaceNode| if touches(node) { Status::Held } else { Status::Open };
         Contact {
             corners: self.nodes.iter().step_by(2).map(status).collect(),
+            middles: vec![false; self.lengths.len() - 1],
             held: vec![0.0; self.nodes.len()],
             yielding: vec![0.0; self.lengths.len()],
         }
@@ -336,6 +355,7 @@ impl Surface {
         let corners = self.lengths.len();
         contact.held.len() == self.nodes.len()
             && contact.corners.len() == corners
+            && contact.middles.len() + 1 == corners
             && contact.yielding.len() == corners
     }
 
@@ -370,25 +390,43 @@ impl Surface {
         self.sides.iter().map(|&corner| contact.is_closed(2 * corner + 1)).collect()
     }
 
+    /// Whether the contact ends at a corner that touches: beside it the surface is open.
+    pub fn is_at_edge(&self, corner: usize, contact: &Contact) -> bool {
+        let beside = [corner.checked_sub(1), Some(corner + 1).filter(|&k| k < self.nodes.len())];
+        beside.into_iter().flatten().any(|middle| !contact.is_closed(middle))
+    }
+
     /// Where the surface lies with the unknowns `x`.
     pub fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
         let meets_punch = |k: &usize| matches!(self.nodes[2 * k].plate, Plate::Punch(_));
         let corners = (0..contact.corners.len()).filter(meets_punch);
         let (open, touched): (Vec<usize>, Vec<usize>) =
             corners.partition(|&k| contact.corners[k] == Status::Open);
-        let clearance = open.iter().map(|&k| -self.beyond(k, x, 0.0)).fold(f64::INFINITY, f64::min);
+        let clearance = open.iter().map(|&k| -self.beyond(2 * k, x, 0.0)).fold(f64::INFINITY, f64::min);
         let face = &self.nodes[..self.face_nodes()];
         let level = face.iter().map(|n| x[n.axial]).sum::<f64>() / face.len() as f64;
         Touch { in_contact: !touched.is_empty(), clearance, level }
     }
 
-    /// How far a corner is beyond what it can touch (m), the punch's tip at an indentation (m).
-    fn beyond(&self, corner: usize, x: &[f64], indentation: f64) -> f64 {
-        let node = &self.nodes[2 * corner];
-        match node.plate {
-            Plate::Punch(depth) => x[node.axial] - self.face_over(2 * corner, x).height - depth + indentation,
-            Plate::Support(height) => -x[node.axial] - height,
+    /// How far a node is beyond what it can touch (m), the punch's tip at an indentation (m).
+    fn beyond(&self, node: usize, x: &[f64], indentation: f64) -> f64 {
+        let SurfaceNode { plate, axial, .. } = self.nodes[node];
+        match plate {
+            Plate::Punch(depth) => x[axial] - self.face_over(node, x).height - depth + indentation,
+            Plate::Support(height) => -x[axial] - height,
         }
+    }
+
+    /// Whether a side is short enough to follow the face that it lies under.
+    fn follows_face(&self, side: usize, x: &[f64]) -> bool {
+        let angle = |node: usize| self.face_over(node, x).slope.atan();
+        (angle(2 * side + 2) - angle(2 * side)).abs() < FOLLOWED_TURN
+    }
+
+    /// Force with which a plate presses on a node (N).
+    fn pressing(&self, node: usize, forces: &[f64]) -> f64 {
+        let SurfaceNode { plate, axial, .. } = self.nodes[node];
+        if matches!(plate, Plate::Punch(_)) { -forces[axial] } else { forces[axial] }
     }
 
     /// Shear, positive outwards, and pressure of the punch on a corner, both with respect to its face (N); what
@@ -406,13 +444,13 @@ impl Surface {
     pub(super) fn hat_reaction(&self, corner: usize, contact: &Contact, forces: &[f64]) -> (f64, f64) {
         let middle = 2 * corner;
         let neighbours = [middle.checked_sub(1), Some(middle + 1).filter(|&k| k < self.nodes.len())];
-        let (mut radial, mut axial) = (forces[self.nodes[middle].radial], forces[self.nodes[middle].axial]);
-        for k in neighbours.into_iter().flatten().filter(|&k| contact.clings(k / 2).0) {
+        let (mut radial, mut pressure) = (forces[self.nodes[middle].radial], self.pressing(middle, forces));
+        let touches = |k: &usize| contact.clings(k / 2).0 || contact.is_alone(*k);
+        for k in neighbours.into_iter().flatten().filter(touches) {
             radial += 0.5 * forces[self.nodes[k].radial];
-            axial += 0.5 * forces[self.nodes[k].axial];
+            pressure += 0.5 * self.pressing(k, forces);
         }
-        let from_above = matches!(self.nodes[middle].plate, Plate::Punch(_));
-        (radial, if from_above { -axial } else { axial })
+        (radial, pressure)
     }
 
     /// How the bond of a patch changes, if at all, and whether that cannot wait for the next stage.
@@ -471,7 +509,12 @@ impl Surface {
 
     /// What happened before anything did.
     pub fn no_past(&self) -> Past {
-        Past { opened: vec![false; self.lengths.len()], slid: vec![false; self.patches.len()] }
+        let corners = self.lengths.len();
+        Past {
+            opened: vec![false; corners],
+            opened_middles: vec![false; corners - 1],
+            slid: vec![false; self.patches.len()],
+        }
     }
 
     /// Decides which corners open where they are pulled, close where they pass through the face, or slide. A corner
@@ -495,7 +538,7 @@ impl Surface {
             let closed = patch.clone().map(|k| corners[k]).find(|status| status.is_closed());
             for k in patch.clone() {
                 let is_open = !before.corners[k].is_closed();
-                let above_face = self.beyond(k, trial.x, trial.indentation);
+                let above_face = self.beyond(2 * k, trial.x, trial.indentation);
                 if !is_open && self.reaction(k, before, trial).1 < -trial.slack.force {
                     corners[k] = if self.adhesion.is_active() { Status::Bridged } else { Status::Open };
                     past.opened[k] = true;
@@ -517,18 +560,41 @@ impl Surface {
                     past.opened[k] = true;
                     solve_again = true;
                 }
-            } else if !past.opened[k] && self.beyond(k, trial.x, trial.indentation) > trial.slack.length {
+            } else if !past.opened[k] && self.beyond(2 * k, trial.x, trial.indentation) > trial.slack.length {
                 corners[k] = Status::Held;
                 solve_again = true;
             }
         }
-        Decision { corners, solve_again }
+        let mut middles = vec![false; corners.len() - 1];
+        for (side, middle) in middles.iter_mut().enumerate() {
+            if corners[side].is_closed() == corners[side + 1].is_closed() {
+                continue;
+            }
+            let node = 2 * side + 1;
+            let pressure = self.pressing(node, trial.forces) + self.bond_strength(node, before);
+            *middle = if before.is_alone(node) {
+                let is_pulled = pressure < -trial.slack.force;
+                past.opened_middles[side] |= is_pulled;
+                solve_again |= is_pulled;
+                !is_pulled
+            } else if before.is_closed(node) {
+                // What opens is a corner; the node stays as long as it is pressed.
+                pressure > trial.slack.force && self.follows_face(side, trial.x)
+            } else {
+                let passes = self.beyond(node, trial.x, trial.indentation) > trial.slack.length;
+                let closes = passes && !past.opened_middles[side] && self.follows_face(side, trial.x);
+                solve_again |= closes;
+                closes
+            };
+        }
+        Decision { corners, middles, solve_again }
     }
 
     /// The contact after a decision: a node that is touched, or no longer slides, sticks where the solution has it,
     /// and a patch that begins to yield does so under the shear that it has there.
     pub fn follow(&self, before: &Contact, decision: &Decision, trial: &Trial<'_>) -> Contact {
-        let mut contact = Contact { corners: decision.corners.clone(), ..before.clone() };
+        let (corners, middles) = (decision.corners.clone(), decision.middles.clone());
+        let mut contact = Contact { corners, middles, ..before.clone() };
         for (k, node) in self.nodes.iter().enumerate() {
             if contact.is_held(k) && !before.is_held(k) {
                 contact.held[k] = trial.x[node.radial];
