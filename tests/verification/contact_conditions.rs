@@ -1,10 +1,12 @@
 //! Contact conditions, node by node.
 //!
-//! Goal: after every stage each node of the face, mid-side nodes included, has a gap or a pressure, never both and none of them negative: what touches lies on
-//! the face and is not pulled, what is open lies below it and carries nothing. Open mid-side nodes beside a closed corner break the first of these. Mesh: `coarse`. Boundary conditions: Table 1's sample under a flat, a bonded flat and
-//! a spherical punch. Parameters: P2's ramp, ten seconds of hold and the retraction, backward Euler steps of at most 10 um, 2.5 um on the way back (one stage each, so its nodal forces can be
-//! assembled anew from the states before and after it). Reference: the conditions themselves. Tolerance: gap 1e-6 of the punch's radius (for an open mid-side node what is seen: 0.7 um under the flat punch, 3.6 um under the sphere), force 1e-4 mN; a mid-side
-//! node's own consistent force may have any sign, so its pressure is judged with its corners' by the bilinear functions.
+//! Goal: after every stage each node of the face, mid-side nodes included, has a gap or a pressure, never both and none of them
+//! negative: what touches lies on the face and is not pulled, what is open lies below it and carries nothing. Mesh: `coarse`.
+//! Boundary conditions: Table 1's sample under a flat, a bonded flat and a spherical punch. Parameters: P2's ramp, ten seconds of
+//! hold and the retraction, backward Euler steps of at most 10 um, 2.5 um on the way back (one stage each, so its nodal forces can
+//! be assembled anew from the states before and after it). Reference: the conditions themselves. Tolerance: gap 1e-6 of the
+//! punch's radius, force 1e-4 mN; the consistent force of a mid-side node between closed corners may have any sign, so its pressure
+//! is judged with its corners' by the bilinear functions.
 
 use poropunch::contact::surface::Status;
 use poropunch::element::Stage;
@@ -19,8 +21,8 @@ const SLACK_M: f64 = 2e-9;
 const SLACK_N: f64 = 1e-7;
 
 /// What the conditions are violated by at most: a closed node's distance from the face, an open one's reach into it (m), a pull on a closed corner and
-/// any force on an open node (N), an open mid-side node's reach into the face (m); and the number of states in which the face was partly open.
-fn violations(profile: IndenterProfile, bonded: bool) -> ([f64; 5], usize) {
+/// any force on an open node (N); and the number of states in which the face was partly open.
+fn violations(profile: IndenterProfile, bonded: bool) -> ([f64; 4], usize) {
     let mut parameters = Parameters::default();
     parameters.mesh.preset = MeshPreset::Coarse;
     parameters.solver.time_scheme = TimeScheme::BackwardEuler;
@@ -44,7 +46,7 @@ fn violations(profile: IndenterProfile, bonded: bool) -> ([f64; 5], usize) {
     };
     let mut stepper = Stepper::new(&parameters.setup(), sample.clone());
     let mut state = stepper.undeformed(0.0);
-    let (mut worst, mut partly, mut at) = ([0.0_f64; 5], 0, 0.0);
+    let (mut worst, mut partly, mut at) = ([0.0_f64; 4], 0, 0.0);
     let mut residual = vec![0.0; sample.mesh.unknowns()];
     let mut values = vec![0.0; sample.map.pattern.rows.len()];
     for (to, velocity, longest) in [(DEPTH, 1.6e-3, 1e-5 / 1.6e-3), (DEPTH, 0.0, 2.0), (0.0, -1e-3, 2.5e-3)] {
@@ -77,7 +79,7 @@ fn violations(profile: IndenterProfile, bonded: bool) -> ([f64; 5], usize) {
                 if state.contact.is_closed(k) {
                     worst[0] = worst[0].max(gap.abs());
                 } else {
-                    worst[1 + 3 * (k % 2)] = worst[1 + 3 * (k % 2)].max(-gap);
+                    worst[1] = worst[1].max(-gap);
                     worst[3] = worst[3].max(residual[first + 1].abs());
                 }
             }
@@ -96,18 +98,13 @@ fn violations(profile: IndenterProfile, bonded: bool) -> ([f64; 5], usize) {
 
 #[test]
 fn a_node_has_a_gap_or_a_pressure() {
-    // A mid-side node between an open and a closed corner is open, whatever the surface does between them (m).
-    let cases = [
-        (IndenterProfile::Flat, false, 8e-7),
-        (IndenterProfile::Flat, true, 1e-7),
-        (IndenterProfile::Sphere, false, 4e-6),
-    ];
-    for (profile, bonded, middle) in cases {
+    for (profile, bonded) in
+        [(IndenterProfile::Flat, false), (IndenterProfile::Flat, true), (IndenterProfile::Sphere, false)]
+    {
         let (worst, partly) = violations(profile, bonded);
         println!("{profile:?}, bonded {bonded}: {worst:?}, {partly} states partly open");
         assert!(partly > 0, "{profile:?}, {bonded}: the face was never partly open");
         assert!(worst[0] < SLACK_M && worst[1] < SLACK_M, "{profile:?}, {bonded}: {worst:?} m");
         assert!(worst[2] < SLACK_N && worst[3] < SLACK_N, "{profile:?}, {bonded}: {worst:?} N");
-        assert!(worst[4] < middle, "{profile:?}, {bonded}: {worst:?} m");
     }
 }
