@@ -56,7 +56,7 @@ fn tests(seed: u64, same: bool, shape_n: f64) -> Vec<Observation> {
 /// With the true force as the computed one.
 fn of(observations: &[Observation]) -> NoiseModel {
     let force: Vec<f64> = truth().iter().map(|p| p.2 * 1e3).collect();
-    noise_model(observations, &[force.clone(), force].concat(), vec![])
+    noise_model(observations, &[force.clone(), force].concat(), vec![], &Weights::default()).unwrap()
 }
 
 #[test]
@@ -110,23 +110,44 @@ fn the_curve_is_as_near_the_truth_as_its_covariance_says() {
 }
 
 #[test]
-fn only_heights_against_each_other_are_errors() {
+fn heights_are_each_test_s_own_or_those_of_the_same_specimens() {
     for seed in 0..5 {
         let heights = |noise: &NoiseModel| -> Vec<Common> {
             let all = noise.covariance.common().iter();
             all.filter(|c| c.name.starts_with("height of")).cloned().collect()
         };
-        let largest = |h: &[Common]| h.iter().map(|c| c.shape_mn.amax()).fold(0.0, f64::max);
+        let own = |c: &Common| [c.shape_mn.rows(0, 220).amax(), c.shape_mn.rows(220, 220).amax()];
+        // Ten specimens of 12 % scatter: 3.8 % of 9 mN, known with nine degrees of freedom.
         let same = of(&tests(seed, true, 0.0));
-        assert!(same.same_specimens && largest(&heights(&same)) < 0.02, "{}", largest(&heights(&same)));
+        let found = heights(&same);
+        assert!(same.same_specimens && found.len() == 2 && found.iter().all(|c| c.degrees == 9.0));
+        assert!(own(&found[0]).iter().all(|h| (0.15..0.65).contains(h)), "{:?}", own(&found[0]));
+        assert!(own(&found[1])[0] == 0.0 && own(&found[1])[1] < 0.02, "{:?}", own(&found[1]));
         let other = of(&tests(seed, false, 0.0));
         let found = heights(&other);
-        assert!(!other.same_specimens && found.len() == 2);
-        // Ten specimens of 12 % scatter: 3.8 % of 9 mN, half of it above and half below in two tests.
-        assert!((0.08..0.32).contains(&largest(&found)), "{}", largest(&found));
-        let together: f64 = (0..220).map(|i| found[0].shape_mn[i] + found[0].shape_mn[220 + i]).sum();
-        assert!(together.abs() < 1e-9);
+        assert!(!other.same_specimens && found.len() == 2 && found.iter().all(|c| c.degrees == 9.0));
+        assert!((0.15..0.65).contains(&own(&found[0])[0]) && own(&found[0])[1] == 0.0);
+        assert!((0.15..0.65).contains(&own(&found[1])[1]) && own(&found[1])[0] == 0.0);
     }
+}
+
+/// A reading that drifts in one of ten specimens is no white noise: what the others tell at each point stays as good.
+#[test]
+fn a_drift_of_one_specimen_is_no_white_noise() {
+    let mut random = Random::new(11);
+    let mut m = measurement("P1", &factors(&mut random), 0.0, &mut random);
+    for (force, t) in m.specimens_n[3].iter_mut().zip(m.time_s.clone()) {
+        *force += 0.5e-3 * t / 90.0;
+    }
+    let force: Vec<f64> = truth().iter().map(|p| p.2 * 1e3).collect();
+    let observations = observe(&[m], None).unwrap();
+    let noise = noise_model(&observations, &force, vec![], &Weights::default()).unwrap();
+    let white = noise.tests[0].specimen_white_mn.unwrap();
+    // Counted as white, the drift would make it 0.12.
+    assert!((white - 0.07).abs() < 0.005, "{white}");
+    // The mean drifts by 0.05 mN at the end, which the shapes account for.
+    let total = noise.covariance.total_mn()[219];
+    assert!(total > 0.05, "{total}");
 }
 
 #[test]
@@ -165,7 +186,9 @@ fn an_error_of_the_simulation_does_not_average_out_over_the_cycles() {
     let observation = three_cycles();
     assert_eq!(observation.cycles.len(), 3);
     let force: Vec<f64> = observation.force_mn().into_iter().map(|f| f.max(0.0)).collect();
-    let covariance = noise_model(std::slice::from_ref(&observation), &force, vec![]).covariance;
+    let covariance = noise_model(std::slice::from_ref(&observation), &force, vec![], &Weights::default())
+        .unwrap()
+        .covariance;
     // Half a per cent of the force in the middle of every hold, or with another sign in the second cycle.
     let error = |sign: f64| {
         DVector::from_fn(force.len(), |i, _| {
@@ -198,5 +221,5 @@ fn an_effect_may_have_another_form_where_it_acts_and_only_there() {
     };
     let form = part(&(nature - &catalogue));
     let elsewhere = part(&at(&|t| if t > 60.0 { 0.5 } else { 0.0 }));
-    assert!(form < 0.2 && (elsewhere - 1.0).abs() < 1e-3, "{form} {elsewhere}");
+    assert!(form < 0.25 && (elsewhere - 1.0).abs() < 0.02, "{form} {elsewhere}");
 }

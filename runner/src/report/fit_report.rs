@@ -2,8 +2,9 @@
 //! mm, s, mN, Pa, mm^2).
 
 use crate::assumption::Assumption;
-use crate::fit::statistics::{BoundSide, Determination};
-use crate::fit::{Finding, StartRecord, StopReason};
+use crate::fit::{StartRecord, StopReason};
+use crate::inference::Finding;
+use crate::inference::statistics::{BoundSide, Determination};
 use serde::{Deserialize, Serialize};
 
 /// Name and version of the schema. The number grows when a field changes its meaning or goes; new fields

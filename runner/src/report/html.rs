@@ -4,8 +4,8 @@ use super::figures;
 use super::fit_report::*;
 use super::plot::{exponent, heat_map, interval_bar, pretty};
 use crate::assumption::Assumption;
-use crate::fit::statistics::{BoundSide, Determination};
-use crate::fit::wording::{significant, spread};
+use crate::inference::statistics::{BoundSide, Determination};
+use crate::inference::wording::{significant, spread};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The page.

@@ -1,8 +1,8 @@
 //! The report on a console.
 
 use super::fit_report::*;
-use crate::fit::statistics::{BoundSide, Determination};
-use crate::fit::wording::{significant, spread};
+use crate::inference::statistics::{BoundSide, Determination};
+use crate::inference::wording::{significant, spread};
 use std::fmt::Write;
 
 /// The report as plain text of at most 100 columns or so.
