@@ -12,7 +12,7 @@ use crate::engine::Engine;
 use crate::identification::report::{Context, report};
 use crate::identification::{FitSettings, JacobianSource, Settings, identify};
 use crate::inference::{Setup, Unknowns};
-use crate::noise::{Observation, Uncertainty, Weights};
+use crate::noise::{Observation, Uncertainty, Weights, check};
 use crate::output::{Folder, json};
 use crate::report::Setting;
 use crate::setting::settings_from;
@@ -65,6 +65,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let doubts: Vec<String> = fitted.iter().flat_map(|o| o.measurement.doubts()).collect();
     let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &settings.requests(), None)?;
     idle::check(&settings.fit, &unknowns, &fitted)?;
+    check(&fitted, &weights)?;
     check_points(&fitted, &weights, &unknowns)?;
     if settings.fit.jacobian == JacobianSource::Sensitivity {
         check_derivatives(&engine, &unknowns)?;

@@ -21,7 +21,7 @@ pub mod weights;
 pub use low_rank::{Common, Covariance};
 pub use numerical::{hats, refinement};
 pub use observation::{Observation, ObservationError};
-pub use specimens::TestNoise;
+pub use specimens::{TestNoise, check};
 pub use weights::{Uncertainty, Weights};
 
 use common_factor::FEWEST_SPECIMENS;

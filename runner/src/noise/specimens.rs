@@ -39,6 +39,41 @@ const UNKNOWN: f64 = 1e6;
 /// A variance counts when it is this many of its standard errors above what white noise gives.
 const BEYOND_DOUBT: f64 = 3.0;
 
+/// What tells the noise of a test.
+enum Source<'a> {
+    Nothing,
+    Specimens,
+    Spread(&'a [f64]),
+    Neighbours,
+}
+
+fn source<'a>(observation: &'a Observation, weights: &Weights) -> Result<Source<'a>, ObservationError> {
+    let m = &observation.measurement;
+    let missing = |what: &str| Err(ObservationError::Noise(format!("{}: --noise {what}", m.file.display())));
+    match (weights.uncertainty, &m.spread_n) {
+        (Uncertainty::None, _) => Ok(Source::Nothing),
+        (Uncertainty::Auto | Uncertainty::Specimens, _) if !observation.factors.is_empty() => {
+            Ok(Source::Specimens)
+        }
+        (Uncertainty::Specimens, _) => {
+            missing("specimens needs at least three specimen columns s01, s02, ...")
+        }
+        (Uncertainty::Spread | Uncertainty::Auto, Some(spread_n)) => Ok(Source::Spread(spread_n)),
+        (Uncertainty::Spread, None) => {
+            missing("spread needs a column force_std_mN, or force_q25_mN and force_q75_mN")
+        }
+        (Uncertainty::Auto, None) => Ok(Source::Neighbours),
+    }
+}
+
+/// Checks that the files have what the uncertainty asked for needs.
+///
+/// # Errors
+/// Names the first that has not.
+pub fn check(observations: &[Observation], weights: &Weights) -> Result<(), ObservationError> {
+    observations.iter().try_for_each(|o| source(o, weights).map(|_| ()))
+}
+
 /// Of a test, whose computed force is `force_mn`.
 ///
 /// # Errors
@@ -48,23 +83,11 @@ pub fn test_noise(
     force_mn: &DVector<f64>,
     weights: &Weights,
 ) -> Result<TestNoise, ObservationError> {
-    let m = &observation.measurement;
-    let missing = |what: &str| Err(ObservationError::Noise(format!("{}: --noise {what}", m.file.display())));
-    let mut noise = match (weights.uncertainty, &m.spread_n) {
-        (Uncertainty::None, _) => return Ok(unknown(observation, weights)),
-        (Uncertainty::Auto | Uncertainty::Specimens, _) if !observation.factors.is_empty() => {
-            from_specimens(observation, &residuals(observation), force_mn)
-        }
-        (Uncertainty::Specimens, _) => {
-            return missing("specimens needs at least three specimen columns s01, s02, ...");
-        }
-        (Uncertainty::Spread | Uncertainty::Auto, Some(spread_n)) => {
-            from_spread(observation, spread_n, weights.specimens)
-        }
-        (Uncertainty::Spread, None) => {
-            return missing("spread needs a column force_std_mN, or force_q25_mN and force_q75_mN");
-        }
-        (Uncertainty::Auto, None) => from_neighbours(observation),
+    let mut noise = match source(observation, weights)? {
+        Source::Nothing => return Ok(unknown(observation, weights)),
+        Source::Specimens => from_specimens(observation, &residuals(observation), force_mn),
+        Source::Spread(spread_n) => from_spread(observation, spread_n, weights.specimens),
+        Source::Neighbours => from_neighbours(observation),
     };
     noise.slow_mn = off_contact(observation)
         .and_then(|p| p.correlated)
