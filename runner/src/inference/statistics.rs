@@ -167,7 +167,7 @@ impl Statistics {
         let curvature = Curvature::new(&design, &fit.prior.deviation);
         let mut blocks = vec![(0, degrees_of_freedom as f64 / correlation_time)];
         let mut columns = curvature.white(&covariance);
-        for common in covariance.common() {
+        for common in covariance.common().iter().chain(covariance.absorbed()) {
             blocks.push((columns.len(), common.degrees));
             columns.push(curvature.shift(&covariance.apply(&common.shape_mn)));
         }

@@ -59,7 +59,7 @@ fn what_few_specimens_tell_has_their_degrees_of_freedom() {
     let amplitude = 0.12 / 10f64.sqrt();
     let half_width = |degrees: f64| {
         let height = Common { degrees, ..Common::proportional("height".into(), &force * amplitude) };
-        let covariance = Covariance::new(DVector::from_element(200, 1.0), vec![height]);
+        let covariance = Covariance::new(DVector::from_element(200, 1.0), vec![]).absorbing(vec![height]);
         let jacobian = DMatrix::from_columns(std::slice::from_ref(&force));
         let fit = fit_with(&unknowns, jacobian, DVector::from_element(200, 0.5), covariance);
         let found = statistics(&unknowns, &fit);

@@ -37,6 +37,8 @@ impl Common {
 pub struct Covariance {
     white_mn: DVector<f64>,
     common: Vec<Common>,
+    /// Errors that a fit takes up: of its values, not of the comparison.
+    absorbed: Vec<Common>,
     /// The computed force that relative errors are given for (mN); empty where none is.
     reference_mn: DVector<f64>,
     q: DMatrix<f64>,
@@ -63,7 +65,16 @@ impl Covariance {
         if common.is_empty() {
             let (q, change) = (DMatrix::zeros(n, 0), DVector::zeros(0));
             let log_determinant = log_white;
-            return Self { white_mn, common, reference_mn, q, change, log_determinant, known: true };
+            return Self {
+                white_mn,
+                common,
+                absorbed: vec![],
+                reference_mn,
+                q,
+                change,
+                log_determinant,
+                known: true,
+            };
         }
         let columns: Vec<DVector<f64>> = common.iter().map(|c| c.shape_mn.component_div(&white_mn)).collect();
         let v = DMatrix::from_columns(&columns);
@@ -76,7 +87,8 @@ impl Covariance {
         q.column_iter_mut().zip(squares.iter()).for_each(|(mut c, s2)| c /= s2.sqrt());
         let change = squares.map(|s2| 1.0 / (1.0 + s2).sqrt() - 1.0);
         let more: f64 = squares.map(f64::ln_1p).sum();
-        Self { white_mn, common, reference_mn, q, change, log_determinant: log_white + more, known: true }
+        let log_determinant = log_white + more;
+        Self { white_mn, common, absorbed: vec![], reference_mn, q, change, log_determinant, known: true }
     }
 
     /// Independent errors of which only the ratios are known (mN).
@@ -89,24 +101,41 @@ impl Covariance {
         self.known
     }
 
-    /// The same with these common errors, white deviations and computed force.
-    fn rebuilt(&self, white_mn: DVector<f64>, common: Vec<Common>, reference_mn: DVector<f64>) -> Self {
-        Self { known: self.known, reference_mn, ..Self::new(white_mn, common) }
+    /// The same with these white deviations and computed force, and each common error changed.
+    fn rebuilt(
+        &self,
+        white_mn: DVector<f64>,
+        change: impl Fn(&Common) -> Common,
+        reference_mn: DVector<f64>,
+    ) -> Self {
+        let common = self.common.iter().map(&change).filter(|c| c.shape_mn.amax() > 0.0).collect();
+        let absorbed = self.absorbed.iter().map(&change).collect();
+        Self { known: self.known, reference_mn, absorbed, ..Self::new(white_mn, common) }
+    }
+
+    /// The same for a fit that takes up these errors.
+    #[must_use]
+    pub fn absorbing(self, absorbed: Vec<Common>) -> Self {
+        Self { absorbed, ..self }
+    }
+
+    /// Errors that a fit takes up: of its values, not of the comparison.
+    pub fn absorbed(&self) -> &[Common] {
+        &self.absorbed
     }
 
     /// All errors this many times as large, and the white ones `white` times more.
     #[must_use]
     pub fn scaled(&self, all: f64, white: f64) -> Self {
         let larger = |c: &Common| Common { shape_mn: &c.shape_mn * all, ..c.clone() };
-        let common = self.common.iter().map(larger).collect();
-        self.rebuilt(&self.white_mn * (all * white), common, self.reference_mn.clone())
+        self.rebuilt(&self.white_mn * (all * white), larger, self.reference_mn.clone())
     }
 
     /// The same with the white deviation of each point times its own factor.
     #[must_use]
     pub fn with_white_times(&self, factors: &[f64]) -> Self {
         let white_mn = self.white_mn.component_mul(&DVector::from_row_slice(factors));
-        self.rebuilt(white_mn, self.common.clone(), self.reference_mn.clone())
+        self.rebuilt(white_mn, Common::clone, self.reference_mn.clone())
     }
 
     /// Of some of the points.
@@ -114,8 +143,7 @@ impl Covariance {
     pub fn part(&self, points: &[usize]) -> Self {
         let of = |v: &DVector<f64>| if v.is_empty() { v.clone() } else { v.select_rows(points) };
         let cut = |c: &Common| Common { shape_mn: of(&c.shape_mn), ..c.clone() };
-        let common = self.common.iter().map(cut).filter(|c| c.shape_mn.amax() > 0.0).collect();
-        self.rebuilt(of(&self.white_mn), common, of(&self.reference_mn))
+        self.rebuilt(of(&self.white_mn), cut, of(&self.reference_mn))
     }
 
     /// The same, whose relative errors are those at this computed force (mN).
@@ -132,15 +160,16 @@ impl Covariance {
             Some(part) => Common { shape_mn: part.component_mul(force_mn), ..c.clone() },
             None => c.clone(),
         };
-        let common = self.common.iter().map(moved).collect();
-        self.rebuilt(self.white_mn.clone(), common, force_mn.clone())
+        self.rebuilt(self.white_mn.clone(), moved, force_mn.clone())
     }
 
     /// The same with further errors that are no part of the computed force.
     #[must_use]
     pub fn with(&self, more: impl IntoIterator<Item = Common>) -> Self {
         let common = self.common.iter().cloned().chain(more).collect();
-        self.rebuilt(self.white_mn.clone(), common, self.reference_mn.clone())
+        let (known, absorbed) = (self.known, self.absorbed.clone());
+        let reference_mn = self.reference_mn.clone();
+        Self { known, absorbed, reference_mn, ..Self::new(self.white_mn.clone(), common) }
     }
 
     /// The same for one who does not know what was measured at `points`.
@@ -148,7 +177,7 @@ impl Covariance {
     pub fn without(&self, points: &[usize]) -> Self {
         let mut white_mn = self.white_mn.clone();
         points.iter().for_each(|&i| white_mn[i] *= UNKNOWN);
-        self.rebuilt(white_mn, self.common.clone(), self.reference_mn.clone())
+        self.rebuilt(white_mn, Common::clone, self.reference_mn.clone())
     }
 
     /// A relative error over the force; next to no force there is next to no error.

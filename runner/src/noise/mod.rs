@@ -79,12 +79,14 @@ pub fn noise_model(
         common.extend(local.map(|c| embed(c, before, reference_mn.len())));
         before += observation.len();
     }
+    let force = DVector::from_row_slice(reference_mn);
+    let mut absorbed = vec![];
     // What the user weighs by the spread has the heights in it already.
     if weights.uncertainty != Uncertainty::Spread {
         common.extend(heights(observations, &references, same));
+        absorbed.extend(shared_height(observations, &force, same));
     }
-    let force = DVector::from_row_slice(reference_mn);
-    let covariance = Covariance::new(white, common).relative_to(force);
+    let covariance = Covariance::new(white, common).relative_to(force).absorbing(absorbed);
     Ok(NoiseModel { covariance, tests, same_specimens: same })
 }
 
@@ -120,30 +122,51 @@ fn embed(common: Common, before: usize, total: usize) -> Common {
     Common { shape_mn, ..common }
 }
 
-/// What the mean of a few specimens leaves unknown of the height of each test: its own where the specimens are different, one for
-/// all where they are the same, and then how much a specimen differs from test to test.
+/// What the mean of a few specimens leaves unknown of the height of a test (-), and its degrees of freedom.
+fn relative_height(observation: &Observation) -> (f64, f64) {
+    let n = observation.factors.len().max(1) as f64;
+    (observation.log_scatter().map_or(0.0, |s| s / n.sqrt()), n - 1.0)
+}
+
+/// What the mean of a few specimens leaves unknown of the heights of the tests against each other: where the
+/// specimens are different, each test's deviation from the mean of all.
 fn heights(observations: &[Observation], references: &[DVector<f64>], same: bool) -> Vec<Common> {
     let total: usize = observations.iter().map(Observation::len).sum();
     let known = |c: &Common| c.shape_mn.amax() > 0.0;
-    let height = |observation: &Observation, of: String, shape_mn: DVector<f64>| {
-        let n = observation.factors.len().max(1) as f64;
-        let relative = observation.log_scatter().map_or(0.0, |s| s / n.sqrt());
-        Common { name: of, shape_mn: shape_mn * relative, relative: true, degrees: n - 1.0 }
-    };
-    if let (true, Some(first)) = (same, observations.first()) {
-        let all = references.iter().flat_map(|f| f.iter().copied());
-        let shared = height(first, "height of the specimens".to_owned(), DVector::from_iterator(total, all));
-        let between = between_tests(observations, references, total);
-        return std::iter::once(shared).chain(between).filter(known).collect();
+    if same {
+        return between_tests(observations, references, total).into_iter().filter(known).collect();
     }
+    let all = references.iter().flat_map(|f| f.iter().copied());
+    let mean = DVector::from_iterator(total, all) / observations.len() as f64;
     let mut before = 0;
-    let own = observations.iter().zip(references).map(|(observation, force)| {
+    let mut common = Vec::new();
+    for (observation, force) in observations.iter().zip(references) {
+        let (relative, degrees) = relative_height(observation);
+        let mut shape_mn = -mean.clone();
+        let mut own = shape_mn.rows_mut(before, force.len());
+        own += force;
         let name = format!("height of the specimens of {}", observation.name());
-        let common = embed(height(observation, name, force.clone()), before, total);
+        common.push(Common { name, shape_mn: shape_mn * relative, relative: true, degrees });
         before += observation.len();
-        common
-    });
-    own.filter(known).collect()
+    }
+    common.into_iter().filter(known).collect()
+}
+
+/// The height that all tests share is the moduli's: a fit takes it up, so that it is no error of the comparison but one of the values.
+/// (As an error in proportion to what is computed it would even do harm: a model a hundred times too high would miss by no more
+/// than the inverse of the relative error.)
+fn shared_height(observations: &[Observation], force_mn: &DVector<f64>, same: bool) -> Option<Common> {
+    let all: Vec<(f64, f64)> = observations.iter().map(relative_height).collect();
+    let (square, degrees) = match (same, all.first()) {
+        (true, Some((relative, degrees))) => (relative * relative, *degrees),
+        _ => {
+            let squares = all.iter().map(|(r, _)| r * r).sum::<f64>() / (all.len() * all.len()).max(1) as f64;
+            (squares, all.iter().map(|(_, degrees)| degrees).sum())
+        }
+    };
+    let name = "height of the specimens".to_owned();
+    let shape_mn = force_mn * square.sqrt();
+    (square > 0.0).then_some(Common { name, shape_mn, relative: true, degrees })
 }
 
 /// Specimens that were tested twice differ a little in how much: the scatter of the ratio of their factors.

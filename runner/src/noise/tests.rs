@@ -110,25 +110,40 @@ fn the_curve_is_as_near_the_truth_as_its_covariance_says() {
 }
 
 #[test]
-fn heights_are_each_test_s_own_or_those_of_the_same_specimens() {
+fn only_heights_against_each_other_are_errors_of_the_comparison() {
     for seed in 0..5 {
         let heights = |noise: &NoiseModel| -> Vec<Common> {
             let all = noise.covariance.common().iter();
             all.filter(|c| c.name.starts_with("height of")).cloned().collect()
         };
-        let own = |c: &Common| [c.shape_mn.rows(0, 220).amax(), c.shape_mn.rows(220, 220).amax()];
-        // Ten specimens of 12 % scatter: 3.8 % of 9 mN, known with nine degrees of freedom.
+        let largest = |h: &[Common]| h.iter().map(|c| c.shape_mn.amax()).fold(0.0, f64::max);
         let same = of(&tests(seed, true, 0.0));
-        let found = heights(&same);
-        assert!(same.same_specimens && found.len() == 2 && found.iter().all(|c| c.degrees == 9.0));
-        assert!(own(&found[0]).iter().all(|h| (0.15..0.65).contains(h)), "{:?}", own(&found[0]));
-        assert!(own(&found[1])[0] == 0.0 && own(&found[1])[1] < 0.02, "{:?}", own(&found[1]));
+        assert!(same.same_specimens && largest(&heights(&same)) < 0.02, "{}", largest(&heights(&same)));
         let other = of(&tests(seed, false, 0.0));
         let found = heights(&other);
         assert!(!other.same_specimens && found.len() == 2 && found.iter().all(|c| c.degrees == 9.0));
-        assert!((0.15..0.65).contains(&own(&found[0])[0]) && own(&found[0])[1] == 0.0);
-        assert!((0.15..0.65).contains(&own(&found[1])[1]) && own(&found[1])[0] == 0.0);
+        // Ten specimens of 12 % scatter: 3.8 % of 9 mN, half of it above and half below in two tests.
+        assert!((0.08..0.32).contains(&largest(&found)), "{}", largest(&found));
+        let together: f64 = (0..220).map(|i| found[0].shape_mn[i] + found[0].shape_mn[220 + i]).sum();
+        assert!(together.abs() < 1e-9);
+        // What they share is an error of the values: of other specimens it averages out over the tests.
+        let shared = |noise: &NoiseModel| {
+            (noise.covariance.absorbed()[0].shape_mn.amax(), noise.covariance.absorbed()[0].degrees)
+        };
+        assert!((0.15..0.65).contains(&shared(&same).0) && shared(&same).1 == 9.0);
+        assert!((0.11..0.46).contains(&shared(&other).0) && shared(&other).1 == 18.0);
     }
+}
+
+/// A model a hundred times too high misses by far more than one that is nearly right: relative errors grow with it, but not
+/// so that they excuse it.
+#[test]
+fn a_model_of_a_hundred_times_the_height_is_no_way_out() {
+    let observations = tests(2, false, 0.0);
+    let noise = of(&observations);
+    let measured = nalgebra::DVector::from_iterator(440, observations.iter().flat_map(Observation::force_mn));
+    let cost = |c: f64| noise.covariance.at(&(&measured * c)).apply(&(&measured * (1.0 - c))).norm_squared();
+    assert!(cost(100.0) > 10.0 * cost(1.2) && cost(1.2) > cost(1.1), "{} {}", cost(100.0), cost(1.2));
 }
 
 /// A reading that drifts in one of ten specimens is no white noise: what the others tell at each point stays as good.
@@ -145,9 +160,9 @@ fn a_drift_of_one_specimen_is_no_white_noise() {
     let white = noise.tests[0].specimen_white_mn.unwrap();
     // Counted as white, the drift would make it 0.12.
     assert!((white - 0.07).abs() < 0.005, "{white}");
-    // The mean drifts by 0.05 mN at the end, which the shapes account for.
+    // The mean drifts by 0.05 mN at the end; what its height does not take up of it is in the shapes.
     let total = noise.covariance.total_mn()[219];
-    assert!(total > 0.05, "{total}");
+    assert!(total > 0.035, "{total}");
 }
 
 #[test]
@@ -221,5 +236,5 @@ fn an_effect_may_have_another_form_where_it_acts_and_only_there() {
     };
     let form = part(&(nature - &catalogue));
     let elsewhere = part(&at(&|t| if t > 60.0 { 0.5 } else { 0.0 }));
-    assert!(form < 0.25 && (elsewhere - 1.0).abs() < 0.02, "{form} {elsewhere}");
+    assert!(form < 0.25 && (elsewhere - 1.0).abs() < 1e-3, "{form} {elsewhere}");
 }

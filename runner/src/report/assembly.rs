@@ -283,7 +283,7 @@ fn summary(solution: &Solution, statistics: &Statistics, covariance: &Covariance
 /// Kinds of errors that many points share: names without what distinguishes one of a kind from the next.
 fn kinds(covariance: &Covariance) -> Vec<String> {
     let mut kinds: Vec<String> = Vec::new();
-    for common in covariance.common() {
+    for common in covariance.common().iter().chain(covariance.absorbed()) {
         let kind = common.name.split(", ").next().unwrap_or(&common.name);
         if !kinds.iter().any(|k| k == kind) {
             kinds.push(kind.to_owned());
