@@ -48,7 +48,7 @@ fn main() -> Result<(), Error> {
             let plan = SearchPlan { starts: 1, seed: 1, evaluations: 60 };
             let setup = Setup::new(&engine, std::slice::from_ref(&test), &unknowns);
             let (start, before) = (Instant::now(), engine.pool().run_seconds());
-            let found = identify(setup, &Weights::default(), &plan, &mut |_, _| {})?.found;
+            let found = identify(setup, &Weights::default(), &plan, false, &mut |_, _| {})?.found;
             let (wall, busy) = (start.elapsed().as_secs_f64(), engine.pool().run_seconds() - before);
             println!(
                 "| {solver} | {} | {wall:.1} | {} | {single:.2} | {:.0} | {:.2} | {} |",

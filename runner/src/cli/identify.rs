@@ -2,13 +2,14 @@
 
 use super::assumed;
 use super::engine_args::{EngineArguments, show_notes};
-use super::exit::RefusedData;
+use super::exit::{RefusedData, UsageError};
 use super::idle;
 use super::progress::Progress;
 use super::report::{RESULT, write_views};
 use super::{CliResult, Ending};
 use crate::data::{Reading, Wanted, read_tests};
 use crate::engine::Engine;
+use crate::identification::profiles;
 use crate::identification::report::{Context, report};
 use crate::identification::{FitSettings, JacobianSource, Settings, identify};
 use crate::inference::{Setup, Unknowns};
@@ -66,6 +67,14 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &settings.requests(), None)?;
     idle::check(&settings.fit, &unknowns, &fitted)?;
     check(&fitted, &weights)?;
+    check(&validation, &weights)?;
+    if let Some(name) = profiles::unknown(&unknowns, &settings.fit.profile) {
+        let known = profiles::names(&unknowns).join(", ");
+        return Err(UsageError(format!(
+            "--profile {name}: no such value; there are {known}, or the parameters' full names"
+        ))
+        .into());
+    }
     check_points(&fitted, &weights, &unknowns)?;
     if settings.fit.jacobian == JacobianSource::Sensitivity {
         check_derivatives(&engine, &unknowns)?;
@@ -97,13 +106,15 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         );
     };
     let setup = Setup { step: settings.fit.fd_step, ..Setup::new(&engine, &fitted, &unknowns) };
-    let found = identify(setup, &weights, &plan, &mut observe);
+    let found = identify(setup, &weights, &plan, settings.fit.robust, &mut observe);
     progress.finish();
     let found = found?;
     let context = Context {
         setup,
         validation: &validation,
         weights: &weights,
+        profile: &settings.fit.profile,
+        evaluations: plan.evaluations,
         command: std::env::args().collect::<Vec<_>>().join(" "),
         settings: kept_settings(&settings),
         seconds: started.elapsed().as_secs_f64(),

@@ -4,6 +4,7 @@
 //! Settings -> Observations + Unknowns -> noise at the start -> search -> Identification -> FitReport
 //! ```
 
+pub mod profiles;
 pub mod report;
 pub mod settings;
 
@@ -12,6 +13,7 @@ pub use settings::{FitSettings, JacobianSource, Settings, SettingsError, Source}
 use crate::engine::Engine;
 use crate::fit::{EvaluationFailure, FitError, IterationRecord};
 use crate::inference::fit::search;
+use crate::inference::robust::{Robust, robust};
 use crate::inference::setup::job;
 use crate::inference::{FitFailure, Found, NoiseFailure, SearchPlan, Setup, noise_at_start};
 use crate::noise::{NoiseModel, Observation, ObservationError, Weights};
@@ -28,6 +30,8 @@ pub struct Identification {
     pub found: Found,
     /// Noise of the fitted tests.
     pub noise: NoiseModel,
+    /// Points that count less in a robust fit.
+    pub far_points: Option<usize>,
     /// Values of all parameters that were set, at the solution [FMU's units].
     pub values: BTreeMap<String, f64>,
 }
@@ -63,7 +67,7 @@ impl From<FitFailure> for IdentificationError {
     }
 }
 
-/// Fits; `observe` sees each accepted step with the index of its start. A stop asked of the engine ends the
+/// Fits, and where asked for once more with points that lie far off counting less; `observe` sees each accepted step with the index of its start. A stop asked of the engine ends the
 /// fit at its best point.
 ///
 /// # Errors
@@ -72,12 +76,18 @@ pub fn identify(
     setup: Setup,
     weights: &Weights,
     plan: &SearchPlan,
+    is_robust: bool,
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Identification, IdentificationError> {
     let noise = noise_at_start(setup, weights)?;
-    let found = search(setup, &noise.covariance, plan, observe)?;
+    let mut found = search(setup, &noise.covariance, plan, observe)?;
+    let mut far_points = None;
+    if is_robust && found.fit.solution.stop.converged() {
+        let Robust { fit, far } = robust(setup, &noise.covariance, found.fit, plan.evaluations)?;
+        (found.fit, far_points) = (fit, Some(far));
+    }
     let values = setup.unknowns.settings(&found.fit.solution.x);
-    Ok(Identification { found, noise, values })
+    Ok(Identification { found, noise, far_points, values })
 }
 
 /// Curves of the tests with given parameter values, by runs with or without derivatives; those that failed say why.

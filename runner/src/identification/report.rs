@@ -1,5 +1,6 @@
 //! From an identification to the report of it.
 
+use super::profiles::profiles;
 use super::{Identification, curves};
 use crate::assumption::{Assumption, assumptions};
 use crate::fit::FitError;
@@ -7,7 +8,7 @@ use crate::fmi::VariableKind;
 use crate::inference::derived::material_quantities;
 use crate::inference::problem::ForceProblem;
 use crate::inference::requests::{display_unit, symbol};
-use crate::inference::{Setup, Values};
+use crate::inference::{Setup, Statistics, Values};
 use crate::noise::{Covariance, Observation, ObservationError, Weights, noise_model};
 use crate::pool::ForceCurve;
 use crate::report::{Assembly, FitReport, FixedRow, MeasuredCurve, Role, RunStatistics, Setting};
@@ -35,6 +36,10 @@ pub struct Context<'a> {
     pub validation: &'a [Observation],
     /// How the points are weighed.
     pub weights: &'a Weights,
+    /// Values whose interval is to be taken from a profile.
+    pub profile: &'a [String],
+    /// Largest number of evaluations of a fit.
+    pub evaluations: usize,
     /// The command line.
     pub command: String,
     /// Settings worth keeping.
@@ -90,6 +95,12 @@ pub fn report(
     let complete = |values: &mut Values| complete(c, values);
     let derived = if c.setup.engine.is_own() { material_quantities(branches(c, values)) } else { Vec::new() };
     let stretches: Vec<usize> = fitted.iter().map(Observation::len).collect();
+    let statistics = Statistics::new(c.setup.unknowns, fit, &stretches)?;
+    let profiles = match fit.solution.stop.converged() {
+        // What a stop leaves undone is told by the exit code; the linearised intervals stand.
+        true => profiles(c.setup, fit, &statistics, c.evaluations, c.profile).unwrap_or_default(),
+        false => vec![],
+    };
     let assembly = Assembly {
         title: format!("Parameters identified from {}", names.join(", ")),
         created: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
@@ -98,7 +109,10 @@ pub fn report(
         unknowns: c.setup.unknowns,
         fixed: fixed_rows(c, values),
         fit,
+        statistics,
         stretches: &stretches,
+        profiles,
+        far_points: identification.far_points,
         derived: &derived,
         complete: &complete,
         first_holds: first_holds(fitted),

@@ -77,6 +77,15 @@ pub struct FitSettings {
     /// Seed of the drawn starts
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     pub seed: u64,
+    /// Take the interval of this value from the profile of the likelihood: a parameter by its name, or a symbol such as G_1, tau_2,
+    /// alpha_1, K0 (repeatable). Without being asked this is done where a linearised interval is open or curved; `none` leaves that out
+    #[arg(long, value_name = "NAME")]
+    #[serde(default)]
+    pub profile: Vec<String>,
+    /// Points that lie far from the rest count less (Huber's loss)
+    #[arg(long)]
+    #[serde(default)]
+    pub robust: bool,
     /// Where derivatives come from
     #[arg(long, value_enum, default_value_t)]
     pub jacobian: JacobianSource,

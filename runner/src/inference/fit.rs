@@ -114,6 +114,23 @@ fn problem<'a>(
     SharedErrors::new(forces, covariance, measured, prior)
 }
 
+/// The same of the plain model, without what is known before of the variables that `own` names.
+pub(super) fn problem_without_prior<'a>(
+    setup: Setup<'a>,
+    covariance: &'a Covariance,
+    own: &dyn Fn(usize) -> bool,
+) -> SharedErrors<'a, ForceProblem<'a>, Covariance> {
+    let measured = DVector::from_vec(setup.measured_mn());
+    let forces = ForceProblem::new(setup, &[]);
+    let mut prior = forces.prior();
+    for (j, deviation) in prior.deviation.iter_mut().enumerate() {
+        if own(j) || !covariance.is_known() {
+            *deviation = f64::INFINITY;
+        }
+    }
+    SharedErrors::new(forces, covariance, measured, prior)
+}
+
 /// chi^2 with parameters and magnitudes `x`; `None` where the model cannot be computed.
 ///
 /// # Errors
@@ -132,7 +149,7 @@ pub fn chi_square(
 }
 
 /// Tolerances of a fit to so many points.
-fn options(setup: Setup, evaluations: usize) -> Options {
+pub(super) fn options(setup: Setup, evaluations: usize) -> Options {
     // Relative to chi^2, which is about as large as the number of points, or they are as many times less worth.
     let points = setup.measured_mn().len().max(1) as f64;
     Options {
@@ -168,6 +185,25 @@ pub fn search(
     let (load, failed_points) = (problem.inner().load(), problem.inner().failed());
     let fit = Fit::at(setup, &[], covariance, found.best)?;
     Ok(Found { fit, starts: found.records, load, failed_points })
+}
+
+/// Fits the plain model from a point near the optimum.
+///
+/// # Errors
+/// When the model fails there, or the user asked to stop before it was evaluated.
+pub fn refit(
+    setup: Setup,
+    covariance: &Covariance,
+    start: &[f64],
+    evaluations: usize,
+) -> Result<Fit, FitFailure> {
+    let mut problem = problem(setup, &[], covariance);
+    let bounds = setup.unknowns.optimiser_bounds();
+    let mut watch = |_: &IterationRecord| {
+        if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let solution = minimise(&mut problem, start, bounds, &options(setup, evaluations), &mut watch)?;
+    Ok(Fit::at(setup, &[], covariance, solution)?)
 }
 
 /// Fits parameters and the magnitudes of `active` (normal before, see [`super::problem::PRIOR_DEVIATION`]).

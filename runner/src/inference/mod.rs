@@ -6,6 +6,7 @@
 //! ForceProblem + Covariance + Prior -> fit / search -> Fit
 //! Fit -> statistics (intervals, correlations) -> identifiability (what the data do not determine, in words)
 //!     -> derived (combinations that they do)  -> evidence
+//!     -> profile (intervals that are no parabola)  -> robust (outliers count less)
 //! ```
 //! `identify` asks it for the plain model, `diagnose` for models with effects.
 
@@ -19,11 +20,14 @@ mod jacobian_load;
 pub mod linearised;
 pub mod parameter;
 pub mod problem;
+pub mod profile;
 pub mod refinement;
 pub mod requests;
+pub mod robust;
 pub mod setup;
 pub mod start_values;
 pub mod statistics;
+mod swift_profile;
 pub mod unknowns;
 pub mod wording;
 

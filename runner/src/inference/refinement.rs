@@ -1,4 +1,4 @@
-//! The covariance of the data at the start of a fit, with the error of the simulation from a finer mesh and finer time steps.
+//! The covariance of the data at the start of a fit, with the error of the simulation from another mesh and finer time steps.
 
 use super::problem::ForceProblem;
 use super::setup::{Setup, job};
@@ -11,8 +11,8 @@ use thiserror::Error;
 
 const PRESET: &str = "mesh.preset";
 const TOLERANCE: &str = "solver.tolerance";
-/// The finest preset.
-const FINEST: f64 = 3.0;
+/// The coarsest preset.
+const COARSEST: f64 = 1.0;
 /// A tolerance ten times smaller leaves a negligible error.
 const TIGHTER: f64 = 0.1;
 
@@ -51,11 +51,13 @@ pub fn noise_at_start(setup: Setup, weights: &Weights) -> Result<NoiseModel, Noi
     Ok(noise_model(setup.observations, &reference, refined, weights)?)
 }
 
-/// Differences that a finer mesh and finer steps make at `x`, where the force is `plain` (mN); none for an FMU without such
+/// Differences that the neighbouring mesh and finer steps make at `x`, where the force is `plain` (mN); none for an FMU without such
 /// parameters. A run that fails adds nothing.
 fn refined(setup: Setup, x: &[f64], plain: &[f64]) -> Result<Vec<Common>, EvaluationFailure> {
     let changes: [(&str, &str, Change); 2] = [
-        ("mesh", PRESET, |preset| (preset + 1.0).min(FINEST)),
+        // To the next coarser mesh the force changes as much as to the next finer one (0.25 and 0.2 % of the peak for the standard mesh),
+        // at a sixth of the cost.
+        ("mesh", PRESET, |preset| if preset > COARSEST { preset - 1.0 } else { preset + 1.0 }),
         ("time steps", TOLERANCE, |tolerance| tolerance * TIGHTER),
     ];
     let started = changes.iter().filter_map(|(name, parameter, change)| {
@@ -68,7 +70,7 @@ fn refined(setup: Setup, x: &[f64], plain: &[f64]) -> Result<Vec<Common>, Evalua
         let start = |o: &Observation| setup.engine.submit(&job(o, &values), Priority::Urgent);
         Some((*name, setup.observations.iter().map(start).collect::<Vec<Run>>()))
     });
-    // All at once: the finer run of one and the smaller steps of the other keep two cores busy.
+    // All at once: they keep two cores busy.
     let started: Vec<(&str, Vec<Run>)> = started.collect();
     let mut all = Vec::new();
     for (name, runs) in started {

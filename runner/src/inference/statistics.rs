@@ -15,6 +15,7 @@ use super::fit::Fit;
 use super::parameter::{FitParameter, Transform};
 use super::unknowns::Unknowns;
 use crate::fit::{FitError, Whitening, likeliest_heights};
+use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -125,6 +126,10 @@ pub struct Statistics {
     root: DMatrix<f64>,
     /// Degrees of freedom of each block of columns of `root`: its first column, and its degrees.
     blocks: Vec<(usize, f64)>,
+    /// First column of `root`, and number of them, that are errors which the fit takes up.
+    unseen: (usize, usize),
+    /// The covariance of the data that all this rests on.
+    pub covariance: Covariance,
     /// Variances of the variables before the measurement.
     prior: DVector<f64>,
     /// Whitened derivatives by the `terms`.
@@ -171,6 +176,7 @@ impl Statistics {
             blocks.push((columns.len(), common.degrees));
             columns.push(curvature.shift(&covariance.apply(&common.shape_mn)));
         }
+        let unseen = (columns.len() - covariance.absorbed().len(), covariance.absorbed().len());
         blocks.push((columns.len(), f64::INFINITY));
         columns.extend(curvature.prior(&fit.prior.deviation));
         let root = DMatrix::from_columns(&columns);
@@ -190,6 +196,8 @@ impl Statistics {
             noise_known: known,
             root,
             blocks,
+            unseen,
+            covariance,
             prior: DVector::from_iterator(n, fit.prior.deviation.iter().map(|s| s * s)),
             design,
             white_design,
@@ -222,6 +230,18 @@ impl Statistics {
         (self.quantile(gradient) * variance.sqrt()).min(NOTHING_KNOWN)
     }
 
+    /// Standard deviation of a quantity by what no fit sees, such as the common height of the specimens.
+    pub fn unseen(&self, gradient: &DVector<f64>) -> f64 {
+        self.root.tr_mul(gradient).rows(self.unseen.0, self.unseen.1).norm()
+    }
+
+    /// The half-width without that.
+    pub fn seen_half_width(&self, gradient: &DVector<f64>) -> f64 {
+        let unseen = self.quantile(gradient) * self.unseen(gradient);
+        let all = self.half_width(gradient);
+        (all * all - unseen * unseen).max(0.01 * all * all).sqrt()
+    }
+
     /// Variance of a quantity, and the part of it that comes from errors which many points share.
     fn variance(&self, gradient: &DVector<f64>) -> (f64, f64) {
         // Through the root: the covariance itself cancels catastrophically for the well-determined
@@ -247,7 +267,7 @@ impl Statistics {
     }
 
     /// Covariance of the optimiser's variables.
-    pub fn covariance(&self) -> DMatrix<f64> {
+    pub fn of_variables(&self) -> DMatrix<f64> {
         &self.root * self.root.transpose()
     }
 

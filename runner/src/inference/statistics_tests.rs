@@ -124,7 +124,7 @@ fn the_covariance_is_that_of_generalised_least_squares() {
     let fit = fit_with(&unknowns, jacobian.clone(), DVector::zeros(30), covariance);
     let prior =
         DMatrix::from_diagonal(&DVector::from_iterator(2, fit.prior.deviation.iter().map(|s| s.powi(-2))));
-    let found = statistics(&unknowns, &fit).covariance();
+    let found = statistics(&unknowns, &fit).of_variables();
     let expected =
         (jacobian.transpose() * sigma.try_inverse().unwrap() * &jacobian + prior).try_inverse().unwrap();
     assert!((found - &expected).amax() < 1e-9 * expected.amax());

@@ -6,6 +6,7 @@ use super::verdict;
 use crate::assumption::Assumption;
 use crate::fit::{FitError, Solution, StartRecord};
 use crate::inference::derived::{self, DerivedQuantity, Values};
+use crate::inference::statistics::Determination;
 use crate::inference::{Fit, Identifiability, ParameterEstimate, Statistics, Unknowns};
 use crate::noise::Covariance;
 use nalgebra::DMatrix;
@@ -57,6 +58,12 @@ pub struct Assembly<'a> {
     pub fixed: Vec<FixedRow>,
     /// The best fit.
     pub fit: &'a Fit,
+    /// What its values are worth.
+    pub statistics: Statistics,
+    /// Profiles of the likelihood.
+    pub profiles: Vec<ProfileRow>,
+    /// Points that count less in a robust fit.
+    pub far_points: Option<usize>,
     /// Numbers of points in a row, one per measurement that was fitted.
     pub stretches: &'a [usize],
     /// Quantities to compute from the parameters.
@@ -88,7 +95,7 @@ impl Assembly<'_> {
         }
         let (fit, unknowns) = (self.fit, self.unknowns);
         let solution = &fit.solution;
-        let statistics = Statistics::new(unknowns, fit, self.stretches)?;
+        let statistics = self.statistics;
         let derived = derived::estimate(self.derived, unknowns, &solution.x, &statistics, self.complete);
         let gains = gains(unknowns, self.derived, fit, self.stretches, &self.first_holds, self.complete);
         let analysis = Identifiability::new(&statistics, &derived);
@@ -118,6 +125,7 @@ impl Assembly<'_> {
                 })
                 .collect(),
             gains,
+            profiles: self.profiles,
             correlation: Correlation {
                 symbols: unknowns.free().iter().map(|p| p.symbol.clone()).collect(),
                 matrix: rows(&statistics.correlation),
@@ -142,8 +150,41 @@ impl Assembly<'_> {
                 .collect(),
             settings: self.settings,
         };
+        report.take_profiles();
         report.verdict = verdict::verdict(&report, analysis.determined);
+        if let Some(far) = self.far_points {
+            let text = format!(
+                "Robust fit: {far} of {} points lie far from the rest and count less.",
+                report.fit.points
+            );
+            report.verdict.warnings.push(text);
+        }
         Ok(report)
+    }
+}
+
+impl FitReport {
+    /// Puts the intervals of the profiles into the tables.
+    fn take_profiles(&mut self) {
+        for profile in &self.profiles {
+            let half_width = match profile.open {
+                [false, false] => 0.5 * (profile.upper / profile.lower).ln().abs(),
+                _ => f64::NAN,
+            };
+            if let Some(row) = self.parameters.iter_mut().find(|p| p.name == profile.name) {
+                (row.lower, row.upper, row.open) = (profile.lower, profile.upper, profile.open);
+                row.profiled = true;
+                if half_width.is_finite() {
+                    (row.half_width, row.determination) = (half_width, Determination::of(half_width));
+                }
+            }
+            if let Some(row) = self.derived.iter_mut().find(|d| d.name == profile.name)
+                && half_width.is_finite()
+            {
+                (row.lower, row.upper) = (profile.lower, profile.upper);
+                (row.half_width, row.determination) = (half_width, Determination::of(half_width));
+            }
+        }
     }
 }
 
@@ -231,6 +272,7 @@ fn row(e: &ParameterEstimate) -> ParameterRow {
         lower_bound: shown(p.lower),
         upper_bound: shown(p.upper),
         common_share: e.common_share,
+        profiled: false,
     }
 }
 

@@ -5,7 +5,7 @@ use crate::fit::StopReason;
 use crate::inference::cases::{fit_of, positive};
 use crate::inference::derived::{DerivedQuantity, Values};
 use crate::inference::parameter::Unit;
-use crate::inference::{FitParameter, Unknowns};
+use crate::inference::{FitParameter, Statistics, Unknowns};
 use nalgebra::{DMatrix, DVector};
 
 const SIGMA: f64 = 0.05;
@@ -58,7 +58,10 @@ fn report() -> FitReport {
         unknowns: &unknowns,
         fixed: vec![],
         fit: &fit,
+        statistics: Statistics::new(&unknowns, &fit, &[120]).unwrap(),
         stretches: &[120],
+        profiles: vec![],
+        far_points: None,
         derived: &derived,
         complete: &|_| {},
         first_holds: vec![],
@@ -144,7 +147,10 @@ fn curves_of_different_length_are_refused() {
         unknowns: &unknowns,
         fixed: vec![],
         fit: &fit,
+        statistics: Statistics::new(&unknowns, &fit, &[]).unwrap(),
         stretches: &[],
+        profiles: vec![],
+        far_points: None,
         derived: &[],
         complete: &|_| {},
         first_holds: vec![],
