@@ -1,6 +1,6 @@
 //! What `identify` can be asked for, on the quick third-party FMU.
 
-use super::program::{column, directory, json, run, succeed, text};
+use super::program::{column, directory, fail, json, run, succeed, text};
 use super::third_party::{WIRING, build, measurement};
 use serde_json::Value;
 
