@@ -43,7 +43,7 @@ fn main() -> Result<(), Error> {
                 start: STARTS.iter().map(|(name, value)| format!("{name}={value}")).collect(),
                 ..Requests::default()
             };
-            let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests, None)?;
+            let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
             let single = single_run(&engine, &test, &unknowns)?;
             let plan = SearchPlan { starts: 1, seed: 1, evaluations: 60 };
             let setup = Setup::new(&engine, std::slice::from_ref(&test), &unknowns);

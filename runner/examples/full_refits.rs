@@ -39,7 +39,7 @@ fn main() -> Result<(), Error> {
     let engine = Engine::new(&EngineOptions { names, ..EngineOptions::default() })?;
     let set = vec!["mesh.preset=coarse".to_owned()];
     let requests = Requests { set, ..Requests::default() };
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests, None)?;
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
     let effort = Effort { quick: true, evaluations: EVALUATIONS };
     let observations = observe(&measurements, None)?;
     let found = diagnose(&engine, observations, &unknowns, None, effort, &mut |what| eprintln!("{what}"))?;

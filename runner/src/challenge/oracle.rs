@@ -29,7 +29,7 @@ pub fn visibility(
     }
     let pairs = |map: &BTreeMap<String, f64>| map.iter().map(|(n, v)| format!("{n}={v}")).collect::<Vec<_>>();
     let requests = Requests { set: pairs(numerics), start: pairs(&drawn.material), ..Requests::default() };
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests, None)?;
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
     let observations = observe(measurements, None)?;
     let setup = Setup::new(engine, &observations, &unknowns);
     let x = unknowns.start().to_vec();

@@ -158,7 +158,7 @@ pub fn diagnosis_of(
         start: arguments.start.clone(),
         ..Requests::default()
     };
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests, None)?;
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
     idle::bounds_and_starts(&[], &arguments.start, &unknowns)?;
     let height = sample_height(&engine, &arguments.engine)?;
     let measurements: Vec<_> = tests.into_iter().map(|t| t.measurement).collect();

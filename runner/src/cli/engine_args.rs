@@ -60,7 +60,7 @@ impl EngineArguments {
         }
         let requests = Requests { set: self.settings(), ..Requests::default() };
         // Settings that cannot be used are the caller's to report.
-        let refused = Unknowns::new(engine.wiring(), engine.is_own(), &requests, None)
+        let refused = Unknowns::new(engine.wiring(), engine.is_own(), &requests)
             .is_ok_and(|p| !engine.offers_derivatives(&p.settings(p.start())));
         if refused {
             return self.engine_of(Names { sensitivities: false, ..names }, cache, stop);

@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let mut fitted = observations(&files, height, &settings.reading)?;
     let validation = fitted.split_off(settings.measurements.len());
     let doubts: Vec<String> = fitted.iter().flat_map(|o| o.measurement.doubts()).collect();
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &settings.requests(), None)?;
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &settings.requests())?;
     idle::check(&settings.fit, &unknowns, &fitted)?;
     check(&fitted, &weights)?;
     check(&validation, &weights)?;

@@ -265,7 +265,15 @@ impl Settings {
     pub fn requests(&self) -> Requests {
         let f = self.fit.clone();
         let set = self.engine.settings();
-        Requests { set, free: f.free, fix: f.fix, tie: f.tie, bounds: f.bounds, start: f.start }
+        Requests {
+            set,
+            free: f.free,
+            fix: f.fix,
+            tie: f.tie,
+            bounds: f.bounds,
+            start: f.start,
+            ..Requests::default()
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! One problem for every question: unknowns -> residuals, derivatives -> fit -> what its values are worth.
 //!
 //! ```text
-//! Requests, Start -> Unknowns (variables <-> the FMU's parameters)
+//! Requests (and what the data say: Defaults) -> Unknowns (variables <-> the FMU's parameters)
 //! Setup (engine, observations, unknowns) + effects -> ForceProblem (mN)
 //! ForceProblem + Covariance + Prior -> fit / search -> Fit
 //! Fit -> statistics (intervals, correlations) -> identifiability (what the data do not determine, in words)
@@ -25,7 +25,6 @@ pub mod refinement;
 pub mod requests;
 pub mod robust;
 pub mod setup;
-pub mod start_values;
 pub mod statistics;
 mod swift_profile;
 pub mod unknowns;
@@ -40,8 +39,7 @@ pub use linearised::{Linearised, Signature};
 pub use parameter::{FitParameter, Transform};
 pub use problem::ForceProblem;
 pub use refinement::{NoiseFailure, noise_at_start};
-pub use requests::{ParameterError, Requests};
+pub use requests::{Defaults, ParameterError, Requests};
 pub use setup::Setup;
-pub use start_values::Start;
 pub use statistics::{Interval, ParameterEstimate, Statistics};
 pub use unknowns::Unknowns;

@@ -24,6 +24,30 @@ pub struct Requests {
     pub bounds: Vec<String>,
     /// `NAME=VALUE[UNIT]`.
     pub start: Vec<String>,
+    /// What holds where nothing was asked for.
+    pub defaults: Defaults,
+}
+
+/// What holds where the user said nothing, told by the data; empty: the variable table's.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Defaults {
+    /// What is fitted; the variable table's choice when empty.
+    pub free: Vec<String>,
+    /// Values that stay.
+    pub fixed: BTreeMap<String, f64>,
+    /// Starts, each with its bounds; those of moduli and times follow from their own start.
+    pub start: BTreeMap<String, (f64, [f64; 2])>,
+}
+
+/// Bounds of one sign stretched to a decade beyond a start of that sign: what the user says wins over what the data say.
+pub(super) fn holding([lower, upper]: [f64; 2], start: f64) -> [f64; 2] {
+    const DECADE: f64 = 10.0;
+    if start * lower <= 0.0 || (lower..=upper).contains(&start) {
+        return [lower, upper];
+    }
+    let (near, far) =
+        if start < 0.0 { (start / DECADE, start * DECADE) } else { (start * DECADE, start / DECADE) };
+    [lower.min(far), upper.max(near)]
 }
 
 /// A request that cannot be met.

@@ -8,10 +8,9 @@
 
 use super::parameter::{FitParameter, Unit, internal_problem};
 use super::requests::{
-    ParameterError, Requests, Tie, assignment, conflict, display_unit, identification, parse_bounds,
-    parse_ties, symbol,
+    Defaults, ParameterError, Requests, Tie, assignment, conflict, display_unit, holding, identification,
+    parse_bounds, parse_ties, symbol,
 };
-use super::start_values::Start;
 use crate::fit::{Bounds, FitError, Prior};
 use crate::pool::Wiring;
 use crate::setting::{number_in, split_assignment, variable_named};
@@ -81,24 +80,20 @@ impl Unknowns {
         }
     }
 
-    /// Resolves the requests against an FMU's parameters. `own` FMUs have defaults for what is fitted; `start` is what the data
-    /// say of the material, which the user's requests override.
+    /// Resolves the requests against an FMU's parameters. `own` FMUs have defaults for what is fitted.
     ///
     /// # Errors
     /// When a name, value, bound or tie is not usable.
-    pub fn new(
-        wiring: &Wiring,
-        own: bool,
-        requests: &Requests,
-        start: Option<&Start>,
-    ) -> Result<Self, ParameterError> {
+    pub fn new(wiring: &Wiring, own: bool, requests: &Requests) -> Result<Self, ParameterError> {
         let ties = parse_ties(wiring, &requests.tie)?;
-        let mut fixed = BTreeMap::new();
+        let defaults = &requests.defaults;
+        let mut fixed = defaults.fixed.clone();
         for text in &requests.set {
             let (variable, value) = assignment(wiring, text)?;
             fixed.insert(variable.name.clone(), value);
         }
-        let mut free = free_names(wiring, own, &requests.free, start)?;
+        let asked = if requests.free.is_empty() { &defaults.free } else { &requests.free };
+        let mut free = free_names(wiring, own, asked)?;
         for text in &requests.fix {
             let (name, value) = split_assignment(text).map_or((text.as_str(), None), |(n, v)| (n, Some(v)));
             let variable = variable_named(wiring, name)?;
@@ -122,7 +117,7 @@ impl Unknowns {
             return Err(conflict(name, "set", "free (use --start for its start, or --fix)"));
         }
         let bounds = parse_bounds(wiring, &requests.bounds)?;
-        let mut starts = start.map(|s| s.values(wiring)).unwrap_or_default();
+        let mut starts = BTreeMap::new();
         for text in &requests.start {
             let (variable, value) = assignment(wiring, text)?;
             starts.insert(variable.name.clone(), value);
@@ -130,20 +125,15 @@ impl Unknowns {
         if free.is_empty() {
             return Err(ParameterError::NothingFree);
         }
-        let mut built = Builder { wiring, own, fixed: &fixed, ties: &ties, bounds: &bounds, starts: &starts }
-            .build(&free)?;
+        let mut built =
+            Builder { wiring, own, fixed: &fixed, ties: &ties, bounds: &bounds, starts: &starts, defaults }
+                .build(&free)?;
         for tie in &ties {
             // A tie to a parameter that nobody sets follows its start value.
             if !free.contains(&tie.of) && !fixed.contains_key(&tie.of) {
                 let value = variable_named(wiring, &tie.of)?.start_number();
                 let value = value.ok_or_else(|| ParameterError::NoStart(tie.of.clone()))?;
                 fixed.insert(tie.of.clone(), value);
-            }
-        }
-        // The data may show fewer branches than the model has by default.
-        for (name, value) in start.map(|s| s.absent(wiring)).unwrap_or_default() {
-            if !free.contains(&name) && !ties.iter().any(|t| t.name == name) {
-                fixed.entry(name).or_insert(value);
             }
         }
         (built.fixed, built.ties) = (fixed, ties);
@@ -319,18 +309,10 @@ fn product(a: &FitParameter, b: &FitParameter) -> FitParameter {
     }
 }
 
-fn free_names(
-    wiring: &Wiring,
-    own: bool,
-    asked: &[String],
-    start: Option<&Start>,
-) -> Result<Vec<String>, ParameterError> {
+fn free_names(wiring: &Wiring, own: bool, asked: &[String]) -> Result<Vec<String>, ParameterError> {
     if asked.is_empty() && own {
-        let free = variables::identifiable().filter(|(_, i)| i.free).map(|(v, _)| v.name.to_owned());
-        let Some(start) = start else { return Ok(free.collect()) };
-        let of_branch = |i: usize| ["mu", "alpha", "eta"].map(|leaf| format!("material.branch[{i}].{leaf}"));
-        let branches = (1..=start.branches.len()).flat_map(of_branch);
-        return Ok(free.filter(|name| branch_of(name).is_none()).chain(branches).collect());
+        let free = variables::identifiable().filter(|(_, i)| i.free);
+        return Ok(free.map(|(v, _)| v.name.to_owned()).collect());
     }
     asked.iter().map(|name| Ok(variable_named(wiring, name)?.name.clone())).collect()
 }
@@ -348,6 +330,7 @@ struct Builder<'a> {
     ties: &'a [Tie],
     bounds: &'a BTreeMap<String, [f64; 2]>,
     starts: &'a BTreeMap<String, f64>,
+    defaults: &'a Defaults,
 }
 
 /// A branch's number or `inf`, as in symbols.
@@ -356,15 +339,19 @@ fn label(prefix: &str) -> String {
 }
 
 impl Builder<'_> {
-    fn value(&self, name: &str) -> Option<f64> {
+    /// What the user gave, what the data say, or the FMU's own value.
+    fn start_of(&self, name: &str) -> Option<f64> {
+        let told = || self.defaults.start.get(name).map(|(start, _)| *start);
         let own = || self.wiring.parameters.get(name).and_then(|v| v.start_number());
-        self.fixed.get(name).or_else(|| self.starts.get(name)).copied().or_else(own)
+        self.starts.get(name).copied().or_else(told).or_else(own)
     }
 
     fn start(&self, name: &str) -> Result<f64, ParameterError> {
-        let start = self.starts.get(name).copied();
-        let own = || variable_named(self.wiring, name).map(|v| v.start_number());
-        start.map_or_else(own, |s| Ok(Some(s)))?.ok_or_else(|| ParameterError::NoStart(name.to_owned()))
+        self.start_of(name).ok_or_else(|| ParameterError::NoStart(name.to_owned()))
+    }
+
+    fn value(&self, name: &str) -> Option<f64> {
+        self.fixed.get(name).copied().or_else(|| self.start_of(name))
     }
 
     /// A variable for the parameter itself.
@@ -376,10 +363,23 @@ impl Builder<'_> {
             let found = identification(self.own, name).or_else(|| identification(self.own, &like));
             found.map(|i| [i.lower, i.upper])
         };
-        let limits = self.bounds.get(name).copied().or_else(known);
+        let (given, told) = (self.starts.get(name), self.defaults.start.get(name));
+        let limits = match (self.bounds.get(name), told) {
+            (Some(bounds), _) => Some(*bounds),
+            (None, Some((_, bounds))) => Some(given.map_or(*bounds, |start| holding(*bounds, *start))),
+            (None, None) => known(),
+        };
         let limits = limits.ok_or_else(|| ParameterError::NoBounds(name.to_owned()))?;
         let unit = display_unit(variable_named(self.wiring, name)?);
-        Ok(FitParameter::new(name, &symbol(name), unit, self.start(name)?, limits)?)
+        let start = match given {
+            Some(start) => *start,
+            // What the data say gives way to the user's bounds.
+            None if told.is_some() => {
+                self.start(name)?.clamp(limits[0].min(limits[1]), limits[1].max(limits[0]))
+            }
+            None => self.start(name)?,
+        };
+        Ok(FitParameter::new(name, &symbol(name), unit, start, limits)?)
     }
 
     /// Modulus, exponent and time of the group at the start, where its parameters are fitted through them.
@@ -388,7 +388,8 @@ impl Builder<'_> {
         let (mu, alpha, eta) = (format!("{prefix}.mu"), format!("{prefix}.alpha"), format!("{prefix}.eta"));
         let untied = |name: &String| !self.ties.iter().any(|t| t.name == *name || t.of == *name);
         let through = |name: &String| free.contains(name) && !self.bounds.contains_key(name) && untied(name);
-        let sign = self.bounds.get(&alpha).copied().unwrap_or([-1.0, -1.0]);
+        let told = self.defaults.start.get(&alpha).map(|(_, bounds)| *bounds);
+        let sign = self.bounds.get(&alpha).copied().or(told).unwrap_or([-1.0, -1.0]);
         if !(self.own && through(&mu) && (!is_branch || through(&eta)))
             || !untied(&alpha)
             || sign[0] * sign[1] <= 0.0
