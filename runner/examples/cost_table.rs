@@ -8,8 +8,10 @@
 
 use runner::data::{Wanted, read};
 use runner::engine::{Engine, EngineOptions};
-use runner::identification::{FitOptions, identify};
-use runner::objective::{Dataset, ParameterMap, Requests, Weights};
+use runner::identification::identify;
+use runner::inference::setup::job;
+use runner::inference::{Requests, SearchPlan, Setup, Unknowns};
+use runner::noise::{Observation, Weights};
 use runner::pool::wiring::Names;
 use runner::pool::{Priority, Run};
 use std::path::Path;
@@ -27,7 +29,7 @@ const STARTS: [(&str, f64); 4] = [
 
 fn main() -> Result<(), Error> {
     let file = std::env::args().nth(1).unwrap_or("data/measurement/table1-one-cycle/P2.csv".to_owned());
-    let dataset = Dataset::new(read(Path::new(&file), Wanted::MotionAndForce)?, &Weights::default(), None)?;
+    let test = Observation::new(&read(Path::new(&file), Wanted::MotionAndForce)?, None)?;
     println!(
         "| linear solver | derivatives | wall s | runs | one run, s | simulation-equivalents | chi^2 | steps |"
     );
@@ -41,20 +43,20 @@ fn main() -> Result<(), Error> {
                 start: STARTS.iter().map(|(name, value)| format!("{name}={value}")).collect(),
                 ..Requests::default()
             };
-            let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)?;
-            let single = single_run(&engine, &dataset, &parameters)?;
-            let options = FitOptions { starts: 1, seed: 1, step: 0.01, max_evaluations: 60 };
+            let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
+            let single = single_run(&engine, &test, &unknowns)?;
+            let plan = SearchPlan { starts: 1, seed: 1, evaluations: 60 };
+            let setup = Setup::new(&engine, std::slice::from_ref(&test), &unknowns);
             let (start, before) = (Instant::now(), engine.pool().run_seconds());
-            let found =
-                identify(&engine, std::slice::from_ref(&dataset), &parameters, &options, &mut |_, _| {})?;
+            let found = identify(setup, &Weights::default(), &plan, false, &mut |_, _| {})?.found;
             let (wall, busy) = (start.elapsed().as_secs_f64(), engine.pool().run_seconds() - before);
             println!(
                 "| {solver} | {} | {wall:.1} | {} | {single:.2} | {:.0} | {:.2} | {} |",
                 if sensitivities { "exact" } else { "finite differences" },
                 engine.cache().statistics().runs,
                 busy / single,
-                found.search.best.iterations.last().map_or(0.0, |i| i.chi_square),
-                found.search.best.iterations.len().saturating_sub(1)
+                found.fit.solution.iterations.last().map_or(0.0, |i| i.chi_square),
+                found.fit.solution.iterations.len().saturating_sub(1)
             );
         }
     }
@@ -62,13 +64,13 @@ fn main() -> Result<(), Error> {
 }
 
 /// Wall time of one run without derivatives (s), the better of two.
-fn single_run(engine: &Engine, dataset: &Dataset, parameters: &ParameterMap) -> Result<f64, Error> {
+fn single_run(engine: &Engine, test: &Observation, unknowns: &Unknowns) -> Result<f64, Error> {
     let mut least = f64::INFINITY;
     for shift in [1e-6, 2e-6] {
         // Points that the fit does not visit, so that nothing comes from the cache.
-        let x: Vec<f64> = parameters.start().iter().map(|x| x + shift).collect();
+        let x: Vec<f64> = unknowns.start().iter().map(|x| x + shift).collect();
         let start = Instant::now();
-        let run: Run = engine.submit(&dataset.job(&parameters.settings(&x)), Priority::Urgent);
+        let run: Run = engine.submit(&job(test, &unknowns.settings(&x)), Priority::Urgent);
         run.wait()?;
         least = least.min(start.elapsed().as_secs_f64());
     }

@@ -7,15 +7,13 @@
 //! by all of the theory, to what the split fits, and predict the rest; beside it what the linearised models make of the same draw.
 
 use runner::data::{Reading, SpecimenFiles, Wanted};
-use runner::diagnosis::baseline::{Fit, FitPlan, fit};
 use runner::diagnosis::diagnose::{Effort, diagnose};
-use runner::diagnosis::effect::Candidate;
-use runner::diagnosis::problem::Setup;
 use runner::diagnosis::shrinkage::{Comparison, part_removed, percentile};
 use runner::engine::{Engine, EngineOptions};
+use runner::inference::fit::fit;
+use runner::inference::{Candidate, Fit, FitPlan, Requests, Setup, Unknowns};
 use runner::noise::Observation;
 use runner::noise::observation::observe;
-use runner::objective::{ParameterMap, Requests};
 use runner::pool::wiring::Names;
 use std::path::Path;
 
@@ -40,11 +38,11 @@ fn main() -> Result<(), Error> {
     let names = Names { sensitivities: true, ..Names::default() };
     let engine = Engine::new(&EngineOptions { names, ..EngineOptions::default() })?;
     let set = vec!["mesh.preset=coarse".to_owned()];
-    let parameters =
-        ParameterMap::new(engine.wiring(), engine.is_own(), &Requests { set, ..Requests::default() })?;
+    let requests = Requests { set, ..Requests::default() };
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
     let effort = Effort { quick: true, evaluations: EVALUATIONS };
     let observations = observe(&measurements, None)?;
-    let found = diagnose(&engine, observations, &parameters, None, effort, &mut |what| eprintln!("{what}"))?;
+    let found = diagnose(&engine, observations, &unknowns, None, effort, &mut |what| eprintln!("{what}"))?;
     let Some(refit) = found.decision.refit.map(|k| &found.refits[k]) else {
         return Err("no effect explains a gap of these data: there is no shrinkage".into());
     };
@@ -60,7 +58,7 @@ fn main() -> Result<(), Error> {
         let mut pairs: Vec<(f64, f64)> = Vec::new();
         for noise in linear.noise_mn().take(draws) {
             let drawn = with_change(&found.observations, &(&noise - &refit.fit.gap_mn));
-            let setup = Setup { engine: &engine, observations: &drawn, parameters: &parameters };
+            let setup = Setup::new(&engine, &drawn, &unknowns);
             let covariance = &found.noise.covariance;
             let again = |start: &Fit, active: &[&Candidate]| -> Result<Fit, Error> {
                 let starts = vec![start.solution.x.clone()];
@@ -87,7 +85,7 @@ fn part([before, after]: &[nalgebra::DVector<f64>; 2]) -> Option<f64> {
 /// The same tests with their forces changed (mN, all points).
 fn with_change(observations: &[Observation], change_mn: &nalgebra::DVector<f64>) -> Vec<Observation> {
     let mut changed = observations.to_vec();
-    let forces = changed.iter_mut().flat_map(|o| o.dataset.measurement.force_n.iter_mut());
+    let forces = changed.iter_mut().flat_map(|o| o.measurement.force_n.iter_mut());
     forces.zip(change_mn.iter()).for_each(|(force_n, change)| *force_n += 1e-3 * change);
     changed
 }

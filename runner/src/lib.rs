@@ -3,8 +3,8 @@
 //! ```text
 //! simulate: CSV -> Protocol -> FMU instance -> step, step, ... -> ForceCurve -> CSV, SVG
 //! inspect:  Measurement -> cycles, readings, noise -> table, JSON, CSV, page
-//! identify: Measurement -> Objective (parameters -> residuals) -> trust-region steps over the pool -> report
-//! diagnose: Measurement -> noise -> plain fit, screening, refits with effects -> verdict, report
+//! identify: Measurement -> noise -> inference (unknowns -> residuals -> fit -> intervals) -> report
+//! diagnose: Measurement -> noise -> inference: plain fit, screening, refits with effects -> verdict, report
 //! ```
 //! The model is evaluated through the FMU only; the model's library is linked for names, units and protocols.
 
@@ -18,9 +18,10 @@ pub mod engine;
 pub mod fit;
 pub mod fmi;
 pub mod identification;
+pub mod inference;
 pub mod inspection;
 pub mod noise;
-pub mod objective;
+
 pub mod output;
 pub mod package;
 pub mod pool;

@@ -1,7 +1,9 @@
 //! How well a curve meets a measurement, and the numbers the paper compares.
 
-use crate::objective::Dataset;
+use crate::fit::Whitening;
+use crate::noise::{Covariance, Observation};
 use crate::pool::ForceCurve;
+use nalgebra::DVector;
 
 /// Peak and relaxation of a force history.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,9 +19,9 @@ pub struct Shape {
 /// Model against measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
-    /// Points that count.
+    /// Points.
     pub points: usize,
-    /// Sum of squared weighted residuals (Eq. 16 in mN^2 when no noise is known).
+    /// Squared difference in units of its covariance (Eq. 16 in mN^2 when no noise is known).
     pub chi_square: f64,
     /// Root mean square difference in force (N).
     pub rms_n: f64,
@@ -40,19 +42,25 @@ impl Shape {
 }
 
 impl Score {
-    /// Of a curve at the dataset's own times.
-    pub fn of(dataset: &Dataset, curve: &ForceCurve) -> Self {
-        let m = &dataset.measurement;
-        let square = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
-        let mut differences = curve.force_n().iter().zip(&m.force_n).map(|(a, b)| a - b);
+    /// Of a curve at the test's own times; `covariance` is that of the measured force minus this curve's.
+    pub fn of(observation: &Observation, curve: &ForceCurve, covariance: &Covariance) -> Self {
+        let m = &observation.measurement;
+        let square: f64 = curve.force_n().iter().zip(&m.force_n).map(|(a, b)| (a - b).powi(2)).sum();
         Self {
-            points: dataset.weighted_points(),
-            chi_square: square(&mut dataset.residuals(curve).into_iter()),
-            rms_n: (square(&mut differences) / m.len().max(1) as f64).sqrt(),
+            points: m.len(),
+            chi_square: chi_square(observation, curve, covariance),
+            rms_n: (square / m.len().max(1) as f64).sqrt(),
             measured: Shape::of(&m.time_s, &m.force_n),
             model: Shape::of(&curve.time_s, curve.force_n()),
         }
     }
+}
+
+/// Squared difference of a curve from what was measured, in units of its covariance.
+pub fn chi_square(observation: &Observation, curve: &ForceCurve, covariance: &Covariance) -> f64 {
+    let pairs = curve.force_n().iter().zip(&observation.measurement.force_n);
+    let difference = pairs.map(|(model, measured)| (measured - model) * 1e3);
+    covariance.apply(&DVector::from_iterator(observation.len(), difference)).norm_squared()
 }
 
 #[cfg(test)]

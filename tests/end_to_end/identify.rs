@@ -1,6 +1,6 @@
 //! What `identify` can be asked for, on the quick third-party FMU.
 
-use super::program::{column, directory, json, run, succeed, text};
+use super::program::{column, directory, fail, json, run, succeed, text};
 use super::third_party::{WIRING, build, measurement};
 use serde_json::Value;
 
@@ -50,11 +50,10 @@ fn failing_runs_shrink_the_step_and_are_counted() {
     let d = directory();
     let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
     measurement(&data, 3.0, 8.0, 1.2);
-    // From far below, the first steps overshoot into the region where the FMU refuses.
-    let arguments =
-        ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--set", "k_limit=3.2"];
+    // From far below, the first steps of plain least squares overshoot into the region where the FMU refuses.
+    let arguments = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--noise", "none"];
     let fit = ["--free", "k_slow,k_fast", "--start", "k_slow=0.5", "--bounds", "k_slow=0.1:100"];
-    let more = ["--bounds", "k_fast=0.1:100", "--set", "tau=1.2s"];
+    let more = ["--bounds", "k_fast=0.1:100", "--set", "tau=1.2s", "--set", "k_limit=3.2"];
     succeed(&[&arguments[..], &fit[..], &more[..], &WIRING[..]].concat());
     let result = json(&out.join("result.json"));
     let slow = row(&result, "parameters", "k_slow")["value"].as_f64().expect("a number");
@@ -100,6 +99,69 @@ fn report_renders_again() {
     std::fs::remove_file(out.join("report.html")).expect("removed");
     succeed(&["report", text(&out.join("result.json"))]);
     assert_eq!(std::fs::read(out.join("report.html")).expect("a page"), page);
+}
+
+/// Goal: a profile is asked for by name, and of a force that is linear in the parameter its interval is the linearised one.
+#[test]
+fn a_profile_is_made_of_what_is_asked_for() {
+    let d = directory();
+    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
+    measurement(&data, 3.0, 8.0, 1.2);
+    let fit = |more: &[&str]| {
+        let base = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--noise", "none"];
+        let free = ["--free", "k_slow,k_fast", "--bounds", "k_slow=0.1:100", "--bounds", "k_fast=0.1:100"];
+        succeed(&[&base[..], &free[..], &["--set", "tau=1.2s"], more, &WIRING[..]].concat());
+        json(&out.join("result.json"))
+    };
+    let (linear, profiled) = (fit(&[]), fit(&["--profile", "k_slow"]));
+    assert_eq!(linear["profiles"].as_array().expect("profiles").len(), 0);
+    let profile = &profiled["profiles"][0];
+    assert_eq!((profile["name"].as_str(), profile["asked"].as_bool()), (Some("k_slow"), Some(true)));
+    for end in ["lower", "upper"] {
+        let (a, b) = (row(&linear, "parameters", "k_slow"), row(&profiled, "parameters", "k_slow"));
+        let [value, a, b] = [&a["value"], &a[end], &b[end]].map(|v| v.as_f64().expect("a number"));
+        // An end is sought to 5 % of the interval.
+        assert!((a - b).abs() < 0.1 * (a - value).abs(), "{value}: {a} {b}");
+        assert_eq!(profile[end].as_f64(), Some(b));
+    }
+    let page = std::fs::read_to_string(out.join("report.html")).expect("the page");
+    assert!(page.contains("Profiles of the likelihood"));
+    let base = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--profile", "k_quick"];
+    let refused =
+        fail(&[&base[..], &["--free", "k_slow", "--bounds", "k_slow=0.1:100"], &WIRING[..]].concat());
+    assert!(refused.contains("k_quick") && refused.contains("k_slow"), "{refused}");
+}
+
+/// Goal: two samples that the amplifier spoiled do not spoil a robust fit. Reference: the fit without them.
+#[test]
+fn outliers_do_not_spoil_a_robust_fit() {
+    let d = directory();
+    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
+    measurement(&data, 3.0, 8.0, 1.2);
+    let good = std::fs::read_to_string(&data).expect("the data");
+    let spoiled = |(i, line): (usize, &str)| match (i, line.rsplit_once(',')) {
+        (20 | 21, Some((before, force))) => {
+            format!("{before},{}", force.parse::<f64>().expect("a force") + 2.5)
+        }
+        _ => line.to_owned(),
+    };
+    let lines: Vec<String> = good.lines().enumerate().map(spoiled).collect();
+    std::fs::write(&data, lines.join("\n") + "\n").expect("a file");
+    let fit = |out: &str, more: &[&str]| {
+        let out = d.path().join(out);
+        let base = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--noise", "none"];
+        let free = ["--free", "k_slow,k_fast", "--bounds", "k_slow=0.1:100", "--bounds", "k_fast=0.1:100"];
+        succeed(&[&base[..], &free[..], &["--set", "tau=1.2s"], more, &WIRING[..]].concat());
+        json(&out.join("result.json"))
+    };
+    let error = |result: &Value| {
+        (row(result, "parameters", "k_fast")["value"].as_f64().expect("a number") / 8.0 - 1.0).abs()
+    };
+    let (plain, robust) = (fit("plain", &[]), fit("robust", &["--robust"]));
+    assert!(error(&plain) > 0.05, "the outliers do nothing: {}", error(&plain));
+    assert!(error(&robust) < 0.2 * error(&plain), "{} {}", error(&robust), error(&plain));
+    let warnings = robust["verdict"]["warnings"].to_string();
+    assert!(warnings.contains("count less"), "{warnings}");
 }
 
 #[test]

@@ -8,7 +8,8 @@ use super::specimens::{csv, measured_n};
 use crate::data::{DataError, Wanted, read_str};
 use crate::engine::Engine;
 use crate::fit::EvaluationFailure;
-use crate::objective::{DatasetError, ParameterError};
+use crate::inference::ParameterError;
+use crate::noise::ObservationError;
 use crate::output::mark::marked;
 use crate::output::{OutputError, remove_folder, write_file};
 use crate::pool::RunFailure;
@@ -31,7 +32,7 @@ pub enum MakeError {
     Data(#[from] DataError),
     /// The same.
     #[error(transparent)]
-    Dataset(#[from] DatasetError),
+    Dataset(#[from] ObservationError),
     /// The FMU's parameters.
     #[error(transparent)]
     Parameter(#[from] ParameterError),

@@ -5,14 +5,14 @@
 use super::draw::Drawn;
 use super::make::MakeError;
 use crate::data::Measurement;
-use crate::diagnosis::baseline::{linearised, parameter_prior};
-use crate::diagnosis::problem::{EffectProblem, Setup};
-use crate::diagnosis::screening::Signature;
 use crate::engine::Engine;
 use crate::fit::Problem as _;
-use crate::noise::noise_model;
+use crate::inference::Signature;
+use crate::inference::fit::linearised;
+use crate::inference::{ForceProblem, Setup};
+use crate::inference::{Requests, Unknowns};
 use crate::noise::observation::observe;
-use crate::objective::{ParameterMap, Requests};
+use crate::noise::{Weights, noise_model};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 
@@ -29,17 +29,17 @@ pub fn visibility(
     }
     let pairs = |map: &BTreeMap<String, f64>| map.iter().map(|(n, v)| format!("{n}={v}")).collect::<Vec<_>>();
     let requests = Requests { set: pairs(numerics), start: pairs(&drawn.material), ..Requests::default() };
-    let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)?;
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
     let observations = observe(measurements, None)?;
-    let setup = Setup { engine, observations: &observations, parameters: &parameters };
-    let x = parameters.start().to_vec();
-    let mut problem = EffectProblem::new(setup, &[]);
+    let setup = Setup::new(engine, &observations, &unknowns);
+    let x = unknowns.start().to_vec();
+    let mut problem = ForceProblem::new(setup, &[]);
     let difference_mn = problem.residual(&x)?;
     let jacobian_mn = problem.jacobian(&x, &difference_mn)?;
     let plain_mn: Vec<f64> = difference_mn.iter().zip(setup.measured_mn()).map(|(d, m)| d + m).collect();
-    let covariance = noise_model(&observations, &plain_mn, vec![]).covariance;
+    let covariance = noise_model(&observations, &plain_mn, vec![], &Weights::default())?.covariance;
     let gap_mn = -DVector::from_vec(difference_mn);
-    let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &parameter_prior(setup), &x);
+    let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &unknowns.prior(), &x);
     let signatures: Vec<Signature> =
         changes_mn.iter().map(|d| linear.signature(&covariance, &DVector::from_row_slice(d))).collect();
     // Of two causes, what is across the other one.

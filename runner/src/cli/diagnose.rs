@@ -10,18 +10,18 @@ use super::{CliResult, Ending};
 use crate::assumption;
 use crate::data::measurement::DOUBT;
 use crate::data::{DataError, Measurement, Reading, Synchronised, Wanted, read_tests};
-use crate::diagnosis::baseline::FitFailure;
 use crate::diagnosis::diagnose::{DiagnosisError, Effort, diagnose};
 use crate::diagnosis::page::page;
-use crate::diagnosis::problem::Setup;
 use crate::diagnosis::published;
 use crate::diagnosis::result::Diagnosis;
 use crate::diagnosis::summary::{About, summary};
 use crate::diagnosis::wording::table;
 use crate::fit::{EvaluationFailure, FitError};
+use crate::inference::Setup;
+use crate::inference::fit::FitFailure;
+use crate::inference::{Requests, Unknowns};
 use crate::inspection::{Options, examine};
 use crate::noise::observation::observe;
-use crate::objective::{ParameterMap, Requests};
 use crate::output::{Folder, json, protect};
 use crate::pool::{Job, Priority, RunFailure};
 use crate::setting::settings_from;
@@ -158,8 +158,8 @@ pub fn diagnosis_of(
         start: arguments.start.clone(),
         ..Requests::default()
     };
-    let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)?;
-    idle::bounds_and_starts(&[], &arguments.start, &parameters)?;
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
+    idle::bounds_and_starts(&[], &arguments.start, &unknowns)?;
     let height = sample_height(&engine, &arguments.engine)?;
     let measurements: Vec<_> = tests.into_iter().map(|t| t.measurement).collect();
     measurements.iter().for_each(show_notes);
@@ -174,22 +174,22 @@ pub fn diagnosis_of(
         }
         progress.show(0, what);
     };
-    let found = diagnose(&engine, observations, &parameters, height, effort, &mut say);
+    let found = diagnose(&engine, observations, &unknowns, height, effort, &mut say);
     progress.finish();
     let found = match found {
         Err(error) if is_interruption(&error) => return Ok(None),
         other => other?,
     };
     let about = About {
-        setup: Setup { engine: &engine, observations: &found.observations, parameters: &parameters },
+        setup: Setup::new(&engine, &found.observations, &unknowns),
         inspection: &inspection,
         command,
         quick: arguments.quick,
         seconds: started.elapsed().as_secs_f64(),
     };
     let mut diagnosis = summary(&found, &about);
-    let fitted: Vec<&str> = parameters.free().iter().map(|p| p.name.as_str()).collect();
-    diagnosis.assumptions = assumed::of(&engine, parameters.fixed(), &fitted);
+    let fitted: Vec<&str> = unknowns.free().iter().map(|p| p.name.as_str()).collect();
+    diagnosis.assumptions = assumed::of(&engine, unknowns.fixed(), &fitted);
     diagnosis.warnings.splice(0..0, doubts);
     diagnosis.warnings.splice(0..0, assumption::geometry_warning(&diagnosis.assumptions));
     Ok(Some(diagnosis))

@@ -2,7 +2,7 @@
 
 use crate::data::Measurement;
 use crate::engine::{Engine, EngineError, EngineOptions};
-use crate::objective::{ParameterMap, Requests};
+use crate::inference::{Requests, Unknowns};
 use crate::pool::wiring::Names;
 use clap::Args;
 use poropunch::variables::{self, Causality, Kind, Variable};
@@ -60,7 +60,7 @@ impl EngineArguments {
         }
         let requests = Requests { set: self.settings(), ..Requests::default() };
         // Settings that cannot be used are the caller's to report.
-        let refused = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)
+        let refused = Unknowns::new(engine.wiring(), engine.is_own(), &requests)
             .is_ok_and(|p| !engine.offers_derivatives(&p.settings(p.start())));
         if refused {
             return self.engine_of(Names { sensitivities: false, ..names }, cache, stop);

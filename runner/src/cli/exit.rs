@@ -2,7 +2,8 @@
 
 use crate::data::DataError;
 use crate::identification::SettingsError;
-use crate::objective::{DatasetError, ParameterError};
+use crate::inference::ParameterError;
+use crate::noise::ObservationError;
 use crate::setting::SettingError;
 use std::error::Error;
 use thiserror::Error;
@@ -40,9 +41,9 @@ pub fn code_of(error: &(dyn Error + 'static)) -> u8 {
     if error.is::<UsageError>() || error.is::<SettingError>() || error.is::<ParameterError>() {
         return USAGE;
     }
-    if let Some(error) = error.downcast_ref::<DatasetError>() {
+    if let Some(error) = error.downcast_ref::<ObservationError>() {
         return match error {
-            DatasetError::Noise(_) => USAGE,
+            ObservationError::Noise(_) => USAGE,
             _ => DATA_REFUSED,
         };
     }

@@ -2,16 +2,18 @@
 
 use super::assumed;
 use super::engine_args::{EngineArguments, show_notes};
-use super::exit::RefusedData;
+use super::exit::{RefusedData, UsageError};
 use super::idle;
 use super::progress::Progress;
 use super::report::{RESULT, write_views};
 use super::{CliResult, Ending};
 use crate::data::{Reading, Wanted, read_tests};
 use crate::engine::Engine;
+use crate::identification::profiles;
 use crate::identification::report::{Context, report};
 use crate::identification::{FitSettings, JacobianSource, Settings, identify};
-use crate::objective::{Dataset, ParameterMap, Weights};
+use crate::inference::{Setup, Unknowns};
+use crate::noise::{Observation, Uncertainty, Weights, check};
 use crate::output::{Folder, json};
 use crate::report::Setting;
 use crate::setting::settings_from;
@@ -55,21 +57,30 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
     let derivatives = settings.fit.jacobian != JacobianSource::Fd;
     let engine = engine_arguments.engine(&RECORDED.map(str::to_owned), derivatives, Some(cache), stop)?;
-    let (weights, options) = (settings.fit.weights()?, settings.fit.options()?);
+    let (weights, plan) = (settings.fit.weights()?, settings.fit.plan()?);
     let height = sample_height(&engine, &settings.engine)?;
     let sources = settings.measurements.iter().chain(&settings.validation);
     let files: Vec<PathBuf> = sources.map(|s| s.file.clone()).collect();
-    let mut fitted = datasets(&files, &weights, height, &settings.reading)?;
+    let mut fitted = observations(&files, height, &settings.reading)?;
     let validation = fitted.split_off(settings.measurements.len());
-    let doubts: Vec<String> = fitted.iter().flat_map(|d| d.measurement.doubts()).collect();
-    let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &settings.requests())?;
-    idle::check(&settings.fit, &parameters, &fitted)?;
-    check_points(&fitted, &parameters)?;
-    if settings.fit.jacobian == JacobianSource::Sensitivity {
-        check_derivatives(&engine, &parameters)?;
+    let doubts: Vec<String> = fitted.iter().flat_map(|o| o.measurement.doubts()).collect();
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &settings.requests())?;
+    idle::check(&settings.fit, &unknowns, &fitted)?;
+    check(&fitted, &weights)?;
+    check(&validation, &weights)?;
+    if let Some(name) = profiles::unknown(&unknowns, &settings.fit.profile) {
+        let known = profiles::names(&unknowns).join(", ");
+        return Err(UsageError(format!(
+            "--profile {name}: no such value; there are {known}, or the parameters' full names"
+        ))
+        .into());
     }
-    let names: Vec<&str> = parameters.free().iter().map(|p| p.name.as_str()).collect();
-    for line in assumed::lines(&engine, parameters.fixed(), &names) {
+    check_points(&fitted, &weights, &unknowns)?;
+    if settings.fit.jacobian == JacobianSource::Sensitivity {
+        check_derivatives(&engine, &unknowns)?;
+    }
+    let names: Vec<&str> = unknowns.free().iter().map(|p| p.name.as_str()).collect();
+    for line in assumed::lines(&engine, unknowns.fixed(), &names) {
         say!("{line}");
     }
     for doubt in &doubts {
@@ -79,9 +90,9 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let folder = take(&arguments.out, "identify")?;
     settings.save(&folder)?;
 
-    let progress = Progress::of_fit((options.max_evaluations * options.starts) as u64);
+    let progress = Progress::of_fit((plan.evaluations * plan.starts) as u64);
     let mut observe = |start: usize, record: &crate::fit::IterationRecord| {
-        let done = start * options.max_evaluations + record.evaluations;
+        let done = start * plan.evaluations + record.evaluations;
         let runs = engine.cache().statistics().runs;
         let chi = record.chi_square;
         progress.show(
@@ -89,19 +100,21 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
             format!(
                 "start {}/{}, iteration {}: chi^2 = {chi:.4}, {runs} runs",
                 start + 1,
-                options.starts,
+                plan.starts,
                 record.iteration
             ),
         );
     };
-    let found = identify(&engine, &fitted, &parameters, &options, &mut observe);
+    let setup = Setup { step: settings.fit.fd_step, ..Setup::new(&engine, &fitted, &unknowns) };
+    let found = identify(setup, &weights, &plan, settings.fit.robust, &mut observe);
     progress.finish();
     let found = found?;
     let context = Context {
-        engine: &engine,
-        parameters: &parameters,
-        fitted: &fitted,
+        setup,
         validation: &validation,
+        weights: &weights,
+        profile: &settings.fit.profile,
+        evaluations: plan.evaluations,
         command: std::env::args().collect::<Vec<_>>().join(" "),
         settings: kept_settings(&settings),
         seconds: started.elapsed().as_secs_f64(),
@@ -162,35 +175,42 @@ pub(super) fn sample_height(
 }
 
 /// Reads and prepares measurements; what they leave open is asked at once.
-pub(super) fn datasets(
+pub(super) fn observations(
     files: &[PathBuf],
-    weights: &Weights,
     height: Option<f64>,
     reading: &Reading,
-) -> Result<Vec<Dataset>, Box<dyn std::error::Error>> {
+) -> Result<Vec<Observation>, Box<dyn std::error::Error>> {
     let tests = read_tests(files, Wanted::MotionAndForce, reading)?;
-    let mut datasets = Vec::with_capacity(tests.len());
+    let mut observations = Vec::with_capacity(tests.len());
     for test in tests {
         show_notes(&test.measurement);
-        datasets.push(Dataset::new(test.measurement, weights, height)?);
+        observations.push(Observation::new(&test.measurement, height)?);
     }
-    Ok(datasets)
+    Ok(observations)
 }
 
-fn check_points(datasets: &[Dataset], parameters: &ParameterMap) -> Result<(), RefusedData> {
-    for d in datasets {
+fn check_points(
+    observations: &[Observation],
+    weights: &Weights,
+    unknowns: &Unknowns,
+) -> Result<(), RefusedData> {
+    for o in observations {
         // A weight that overflows, or a spread of zero, would decide the fit alone.
-        let heaviest = d.scale_n().iter().copied().fold(f64::INFINITY, f64::min);
-        if !(heaviest * heaviest > 0.0 && (1.0 / heaviest).is_finite()) {
+        let spread = (weights.uncertainty != Uncertainty::None).then_some(o.measurement.spread_n.as_ref());
+        let least = spread.flatten().map_or(1.0, |s| s.iter().copied().fold(f64::INFINITY, f64::min));
+        let heaviest = o.phases.iter().map(|p| weights.of(*p)).fold(0.0, f64::max);
+        let overflows = !(least * least / heaviest.max(1.0) > 0.0 && (heaviest / least).is_finite());
+        if overflows && o.factors.is_empty() {
             return Err(RefusedData(format!(
-                "{}: a point has the deviation {heaviest:e} N, so its weight overflows; check force_std and --weight, or \
-                 use --noise none",
-                d.measurement.file.display()
+                "{}: a point has the deviation {least:e} N and the weight {heaviest:e}, which overflow; check force_std and \
+                 --weight, or use --noise none",
+                o.measurement.file.display()
             )));
         }
     }
-    let points: usize = datasets.iter().map(Dataset::weighted_points).sum();
-    let free = parameters.free().len();
+    let counts = |o: &Observation| o.phases.iter().filter(|p| weights.of(**p) > 0.0).count();
+    let points: usize = observations.iter().map(counts).sum();
+    let free = unknowns.len();
     if points > free {
         return Ok(());
     }
@@ -199,11 +219,11 @@ fn check_points(datasets: &[Dataset], parameters: &ParameterMap) -> Result<(), R
     )))
 }
 
-fn check_derivatives(engine: &Engine, parameters: &ParameterMap) -> Result<(), String> {
+fn check_derivatives(engine: &Engine, unknowns: &Unknowns) -> Result<(), String> {
     let recorded = &engine.wiring().sensitivities;
-    let slopes = |j| parameters.slopes(parameters.start(), j);
-    let mut names = (0..parameters.free().len()).flat_map(slopes).map(|(name, _)| name);
-    match names.find(|name| !recorded.contains_key(*name)) {
+    let slopes = |j| unknowns.slopes(unknowns.start(), j);
+    let mut names = (0..unknowns.len()).flat_map(slopes).map(|(name, _)| name);
+    match names.find(|name| !recorded.contains_key(name)) {
         None => Ok(()),
         Some(name) => Err(format!(
             "--jacobian sensitivity: with these settings the FMU has no derivative of the force by {name}; use --jacobian auto"

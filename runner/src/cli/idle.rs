@@ -2,14 +2,15 @@
 
 use super::exit::UsageError;
 use crate::identification::FitSettings;
-use crate::objective::{Dataset, ParameterMap};
+use crate::inference::Unknowns;
+use crate::noise::Observation;
 use crate::setting::split_assignment;
 
 /// Checks `--bounds`, `--start`, `--fix`, `--weight`, `--specimens` and `--seed` of a fit.
 ///
 /// # Errors
 /// Names the first option that does nothing, and why.
-pub fn check(fit: &FitSettings, parameters: &ParameterMap, fitted: &[Dataset]) -> Result<(), UsageError> {
+pub fn check(fit: &FitSettings, parameters: &Unknowns, fitted: &[Observation]) -> Result<(), UsageError> {
     bounds_and_starts(&fit.bounds, &fit.start, parameters)?;
     let idle = |what: String| Err(UsageError(format!("{what}; leave it out")));
     for text in &fit.weight {
@@ -36,7 +37,7 @@ pub fn check(fit: &FitSettings, parameters: &ParameterMap, fitted: &[Dataset]) -
 pub fn bounds_and_starts(
     bounds: &[String],
     starts: &[String],
-    parameters: &ParameterMap,
+    parameters: &Unknowns,
 ) -> Result<(), UsageError> {
     for (option, texts) in [("--bounds", bounds), ("--start", starts)] {
         for text in texts {

@@ -2,11 +2,11 @@
 
 use super::assumed;
 use super::engine_args::EngineArguments;
-use super::identify::{datasets, sample_height};
+use super::identify::{observations, sample_height};
 use super::{CliResult, Ending};
-use crate::data::{NoiseModel, Reading};
+use crate::data::Reading;
 use crate::identification::curves;
-use crate::objective::{Dataset, Weights};
+use crate::noise::{Uncertainty, Weights, noise_model};
 use crate::output::{Folder, curve_csv};
 use crate::score::Score;
 use crate::setting::settings_from;
@@ -24,7 +24,7 @@ pub struct Arguments {
     measurements: Vec<PathBuf>,
     /// Which uncertainty weighs the points; none is the plain chi^2 of Eq. 16
     #[arg(long, value_enum, default_value_t)]
-    noise: NoiseModel,
+    noise: Uncertainty,
     /// Number of specimens behind the file's spread, where it does not hold the specimens themselves
     #[arg(long, value_name = "N", value_parser = super::count::specimens)]
     specimens: Option<usize>,
@@ -42,17 +42,18 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let recorded = ["force_solid", "force_fluid"].map(str::to_owned);
     let engine = arguments.engine.engine(&recorded, false, None, stop)?;
     let values = settings_from(engine.wiring(), &arguments.engine.settings())?;
-    let weights = Weights { noise: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
+    let weights =
+        Weights { uncertainty: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
     let height = sample_height(&engine, &arguments.engine)?;
-    let datasets: Vec<Dataset> = datasets(&arguments.measurements, &weights, height, &arguments.reading)?;
+    let tests = observations(&arguments.measurements, height, &arguments.reading)?;
     for line in assumed::lines(&engine, &values, &[]) {
         say!("{line}");
     }
     let folder = arguments.out.as_ref().map(|d| Folder::begin(d, "validate")).transpose()?;
     say!("measurement  points  chi^2/point  rms [mN]  peak [mN] (measured)  relaxation [%] (measured)");
     let mut failures = Vec::new();
-    for (dataset, curve) in datasets.iter().zip(curves(&engine, &datasets, &values)) {
-        let name = &dataset.measurement.name;
+    for (test, curve) in tests.iter().zip(curves(&engine, &tests, &values, false)) {
+        let name = test.name();
         let curve = match curve {
             Ok(curve) => curve,
             Err(_) if engine.is_stopped() => return Ok(Ending::Interrupted),
@@ -61,7 +62,9 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
                 continue;
             }
         };
-        let s = Score::of(dataset, &curve);
+        let force_mn: Vec<f64> = curve.force_n().iter().map(|f| f * 1e3).collect();
+        let noise = noise_model(std::slice::from_ref(test), &force_mn, vec![], &weights)?;
+        let s = Score::of(test, &curve, &noise.covariance);
         say!(
             "{name:11}  {:6}  {:11.3}  {:8.4}  {:9.3} ({:8.3})  {:14.1} ({:8.1})",
             s.points,
@@ -72,7 +75,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
             s.model.relaxation * 100.0,
             s.measured.relaxation * 100.0
         );
-        say!("  {}", dataset.noise.description);
+        noise.tests.iter().for_each(|t| say!("  {}", t.description));
         if let Some(folder) = &folder {
             let text = curve_csv(&curve, &[format!("model at the times of {name}")]);
             folder.write(&format!("{name}.csv"), text.as_bytes())?;

@@ -73,7 +73,7 @@ impl Measurement {
     }
 
     /// Median, standard deviation and quartiles of the specimens, where the file did not give them.
-    pub(super) fn summarise_specimens(&mut self) {
+    pub(crate) fn summarise_specimens(&mut self) {
         if self.specimens_n.is_empty() || self.specimens_n.iter().any(|s| s.len() != self.len()) {
             self.specimens_n.clear();
             self.specimen_names.clear();

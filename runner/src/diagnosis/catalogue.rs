@@ -3,8 +3,8 @@
 //! A magnitude moves each parameter from the value that it has, so that a `--set` of the user stays what effects
 //! start from.
 
-use super::effect::{Effect, Place, Scope, Sign};
 use crate::fmi::VariableKind;
+use crate::inference::effect::{Effect, Place, Scope, Sign};
 use crate::pool::Wiring;
 use poropunch::effect::{self, CATALOGUE, Course, Setting, Variant};
 use poropunch::variables;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Effects whose magnitude differs from test to test: all tests together, the parameters would absorb them.
 const BETWEEN_TESTS: [&str; 1] = ["amplitude"];
-/// Variants whose change of the force [`super::refinement`] counts as error of the simulation.
+/// Variants whose change of the force [`crate::inference::refinement`] counts as error of the simulation.
 const REFINEMENTS: [&str; 2] = ["discretisation.mesh", "discretisation.time"];
 /// Largest magnitude that is tried, in plausible scales, where the parameter's range allows it.
 const LARGEST: f64 = 8.0;

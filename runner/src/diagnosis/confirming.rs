@@ -1,14 +1,15 @@
 //! Refits of the model with effects, and their evidence against each other, no gap, and something else.
 
-use super::baseline::{Fit, FitFailure, FitPlan, fit};
-use super::effect::Candidate;
 use super::location::spots;
-use super::problem::{Setup, is_continuous};
 use super::screening::Family;
 use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
 use super::verdict::SIGNIFICANT;
 use crate::fit::IterationRecord;
+use crate::inference::Setup;
+use crate::inference::effect::Candidate;
+use crate::inference::effect::is_continuous;
+use crate::inference::fit::{Fit, FitFailure, FitPlan, fit};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A model with one or more effects, refitted.

@@ -1,22 +1,25 @@
 //! The nine steps, one after the other.
 
-use super::baseline::{Fit, FitFailure, FitPlan, fit};
 use super::catalogue::{LeftOut, effects};
 use super::confirming::{Refit, whole};
-use super::effect::{Candidate, PRIOR_DEVIATION};
 use super::held_out::{Split, splits};
 use super::location::{Spot, spots};
-use super::problem::{Setup, is_continuous};
-use super::refinement::refined;
-use super::screening::{Failed, Family, Screened, Screening, Signature};
+use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
 use super::shrinkage::Comparison;
 use super::something_else::{SomethingElse, something_else};
 use super::verdict::{DECISIVE, Decision, Evidence, SIGNIFICANT, decide};
 use crate::engine::Engine;
 use crate::fit::{EvaluationFailure, IterationRecord};
-use crate::noise::{NoiseModel, Observation, noise_model};
-use crate::objective::{DatasetError, ParameterMap};
+use crate::inference::Setup;
+use crate::inference::Signature;
+use crate::inference::Unknowns;
+use crate::inference::effect::{Candidate, is_continuous};
+use crate::inference::fit::{Fit, FitFailure, FitPlan, fit};
+use crate::inference::problem::PRIOR_DEVIATION;
+use crate::inference::{NoiseFailure, noise_at_start};
+use crate::noise::ObservationError;
+use crate::noise::{NoiseModel, Observation, Weights};
 use crate::pool::Priority;
 use nalgebra::DVector;
 use thiserror::Error;
@@ -35,13 +38,22 @@ pub struct Effort {
 pub enum DiagnosisError {
     /// A measurement.
     #[error(transparent)]
-    Dataset(#[from] DatasetError),
+    Dataset(#[from] ObservationError),
     /// The plain model cannot be fitted.
     #[error("the plain model cannot be fitted: {0}")]
     Baseline(FitFailure),
     /// The model fails beside the fit.
     #[error("the model fails at the fitted parameters: {0}")]
     Model(#[from] EvaluationFailure),
+}
+
+impl From<NoiseFailure> for DiagnosisError {
+    fn from(failure: NoiseFailure) -> Self {
+        match failure {
+            NoiseFailure::Observation(error) => Self::Dataset(error),
+            NoiseFailure::Evaluation(error) => Self::Model(error),
+        }
+    }
 }
 
 /// Everything that was found, before it is put into words.
@@ -86,13 +98,13 @@ const FLAGRANT: f64 = 1e-4;
 pub fn diagnose(
     engine: &Engine,
     observations: Vec<Observation>,
-    parameters: &ParameterMap,
+    unknowns: &Unknowns,
     sample_height_m: Option<f64>,
     effort: Effort,
     say: &mut dyn FnMut(String),
 ) -> Result<Findings, DiagnosisError> {
-    let observations = computable(engine, observations, parameters, sample_height_m)?;
-    let setup = Setup { engine, observations: &observations, parameters };
+    let observations = computable(engine, observations, unknowns, sample_height_m)?;
+    let setup = Setup::new(engine, &observations, unknowns);
     let (plain, noise) = baseline(setup, effort.evaluations, say)?;
     let covariance = &plain.covariance;
     let names: Vec<String> = observations.iter().map(|o| o.name().to_owned()).collect();
@@ -160,11 +172,11 @@ pub fn diagnose(
 fn computable(
     engine: &Engine,
     observations: Vec<Observation>,
-    parameters: &ParameterMap,
+    unknowns: &Unknowns,
     sample_height_m: Option<f64>,
 ) -> Result<Vec<Observation>, DiagnosisError> {
-    let setup = Setup { engine, observations: &observations, parameters };
-    let runs = setup.submit(parameters.start(), &[], false, Priority::Urgent);
+    let setup = Setup::new(engine, &observations, unknowns);
+    let runs = setup.submit(unknowns.start(), &[], false, Priority::Urgent);
     if Setup::computable_forces_mn(&runs)?.is_some() {
         return Ok(observations);
     }
@@ -172,17 +184,15 @@ fn computable(
     Ok(observations.iter().map(shorter).collect::<Result<_, _>>()?)
 }
 
-/// Fit of the plain model. The errors in proportion to the force are counted from the start's, and grow with what the
-/// fit computes.
+/// Fit of the plain model.
 fn baseline(
     setup: Setup,
     evaluations: usize,
     say: &mut dyn FnMut(String),
 ) -> Result<(Fit, NoiseModel), DiagnosisError> {
-    let start = setup.parameters.start();
-    let reference = Setup::forces_mn(&setup.submit(start, &[], true, Priority::Urgent))?;
-    let noise = noise_model(setup.observations, &reference, refined(setup, start)?);
-    let plan = FitPlan { starts: vec![start.to_vec()], evaluations, content: 0.0 };
+    let noise = noise_at_start(setup, &Weights::default())?;
+    let start = setup.unknowns.start().to_vec();
+    let plan = FitPlan { starts: vec![start], evaluations, content: 0.0 };
     let mut watch = |r: &IterationRecord| {
         say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
     };

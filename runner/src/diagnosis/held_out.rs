@@ -4,7 +4,7 @@
 //! parameters on `delta` and `u` standard normal, the errors that points share. Fitting some points and predicting the
 //! others is then algebra, and errors common to both are carried over as they are.
 
-use super::baseline::Fit;
+use crate::inference::fit::Fit;
 use crate::noise::Observation;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

@@ -1,9 +1,9 @@
 //! Where the fit misses: level and tilt of the residual in each phase of each cycle, and exponentials of the
 //! relaxation times, each a signature of its own, so that each score is standard normal under noise after a refit.
 
-use super::screening::{Linearised, Signature};
 use crate::data::Phase;
 use crate::fit::Whitening;
+use crate::inference::{Linearised, Signature};
 use crate::noise::Observation;
 use nalgebra::DVector;
 
@@ -59,7 +59,7 @@ pub fn spots<W: Whitening>(observations: &[Observation], fit: &Linearised, white
         };
         for cycle in 0..o.cycles.len() {
             for phase in Phase::ALL {
-                let inside = |i: &usize| o.cycle[*i] == cycle && o.dataset.phases[*i] == phase;
+                let inside = |i: &usize| o.cycle[*i] == cycle && o.phases[*i] == phase;
                 let points: Vec<usize> = (0..o.len()).filter(inside).collect();
                 let (Some(&first), Some(&last)) = (points.first(), points.last()) else { continue };
                 add(Some(cycle), Some(phase), Pattern::Level, points.clone(), &|_| 1.0);
@@ -72,8 +72,8 @@ pub fn spots<W: Whitening>(observations: &[Observation], fit: &Linearised, white
             }
         }
         let hold = |phase| matches!(phase, Phase::HoldEarly | Phase::HoldMiddle | Phase::HoldLate);
-        let points: Vec<usize> = (0..o.len()).filter(|&i| hold(o.dataset.phases[i])).collect();
-        let since = |i: usize| o.dataset.measurement.time_s[i] - o.cycles[o.cycle[i]].ramp_end_s;
+        let points: Vec<usize> = (0..o.len()).filter(|&i| hold(o.phases[i])).collect();
+        let since = |i: usize| o.measurement.time_s[i] - o.cycles[o.cycle[i]].ramp_end_s;
         for time_s in TIMES_S {
             let decay = |i: usize| (-since(i).max(0.0) / time_s).exp();
             add(None, None, Pattern::Relaxation(time_s), points.clone(), &decay);

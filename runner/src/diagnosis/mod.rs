@@ -1,7 +1,7 @@
 //! Where the best fit still misses the data, which effect explains the miss, and how much of it would go.
 //!
 //! ```text
-//! 1 ../noise/     how uncertain each difference is
+//! 1 ../noise/     how uncertain each difference is; ../inference/ the fits
 //! 2 parity        relations that need no fit
 //! 3 baseline      best fit of the plain model, and its linearisation
 //! 4 location      where it misses, against noise after a refit
@@ -12,19 +12,15 @@
 //! 9 next          what to measure to tell the remaining candidates apart
 //! ```
 
-pub mod baseline;
 pub mod catalogue;
 pub mod confirming;
 pub mod diagnose;
-pub mod effect;
 mod figures;
 pub mod held_out;
 pub mod location;
 pub mod page;
 pub mod parity;
-pub mod problem;
 pub mod published;
-pub mod refinement;
 pub mod result;
 pub mod screening;
 pub mod search;

@@ -2,7 +2,7 @@
 
 use super::figures;
 use super::result::*;
-use crate::fit::wording::{list, significant};
+use crate::inference::wording::{list, significant};
 use crate::report::plot::{heat_map, pretty};
 use crate::report::{assumed, document};
 use maud::{Markup, PreEscaped, html};

@@ -1,8 +1,8 @@
 //! What a diagnosis found: one serialisable structure, in the units that people use.
 
-use super::effect::{Place, Sign};
 use crate::assumption::Assumption;
 use crate::data::Phase;
+use crate::inference::effect::{Place, Sign};
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON layout.

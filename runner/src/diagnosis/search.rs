@@ -6,15 +6,16 @@
 //! -> further single effects, while nothing explains the gap, in the order that their signatures have at the user's start
 //! ```
 
-use super::baseline::{Fit, FitFailure, Tangent, chi_square, linearised};
 use super::confirming::{Refit, excess, refit, start_magnitudes};
 use super::diagnose::{DiagnosisError, linear_evidence};
-use super::effect::Candidate;
-use super::problem::Setup;
-use super::screening::{Linearised, Screened, Screening, Signature};
+use super::screening::{Screened, Screening};
 use super::something_else::SomethingElse;
 use super::verdict::DECISIVE;
 use crate::fit::{EvaluationFailure, IterationRecord};
+use crate::inference::Setup;
+use crate::inference::effect::Candidate;
+use crate::inference::fit::{Fit, FitFailure, Tangent, chi_square, linearised};
+use crate::inference::{Linearised, Signature};
 use crate::noise::{Covariance, form_errors};
 
 /// Screened effects that are refitted where one of them explains the gap.
@@ -110,7 +111,7 @@ impl Search<'_> {
             first.extend(alike.map(|(_, p)| p));
         }
         // What the plain model made of its parameters to imitate an effect may be far from what they are with it.
-        let from = [self.setup.parameters.start(), plain.x()];
+        let from = [self.setup.unknowns.start(), plain.x()];
         let mut refits: Vec<Refit> = Vec::new();
         for (rank, promise) in first.into_iter().enumerate() {
             if self.may_matter(rank, promise, &refits) {
@@ -152,7 +153,7 @@ impl Search<'_> {
         }
         let own = single.fit.magnitudes().first().copied().unwrap_or(1.0);
         let members = self.gentle(single, [(single.members[0], own), promise.expected()])?;
-        let from = [single.fit.x(), self.setup.parameters.start()];
+        let from = [single.fit.x(), self.setup.unknowns.start()];
         let content = single.fit.solution.chi_square - KEPT * promise.gain;
         let pair = self.refit(&members, content, &from, say)?;
         Ok(pair.map(|pair| Refit { alternatives, ..pair }))
@@ -188,7 +189,7 @@ impl Search<'_> {
     /// much has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain better; at
     /// the start nothing is imitated.
     fn at_start(&self, leaders: &[&Screened]) -> Result<Vec<Promise>, DiagnosisError> {
-        let start = self.setup.parameters.start();
+        let start = self.setup.unknowns.start();
         let Tangent { covariance, linear, .. } =
             Tangent::at(self.setup, &[], self.covariance, &self.plain.prior, start)?;
         let missed = excess(self.plain);

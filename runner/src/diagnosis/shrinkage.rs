@@ -8,10 +8,10 @@
 //! form of the effect is not the catalogue's, which no such draw knows; what was found does. The interval covers both: where the draws
 //! lie, and as wide a range around what was found.
 
-use super::baseline::Fit;
 use super::held_out::{Predictor, Split, gap_mn};
 use super::verdict::SIGNIFICANT;
 use crate::data::random::Random;
+use crate::inference::fit::Fit;
 use nalgebra::{DMatrix, DVector};
 
 /// Gap before and after (mN) and the part of it that went.
@@ -166,9 +166,9 @@ pub fn percentile(sorted: &[f64], part: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::screening::Linearised;
     use super::*;
     use crate::fit::{Prior, Solution};
+    use crate::inference::Linearised;
     use crate::noise::Covariance;
 
     const POINTS: usize = 60;

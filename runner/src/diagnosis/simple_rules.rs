@@ -1,12 +1,12 @@
 //! What simpler methods would answer, as a yardstick: white noise and the Bayesian information criterion, always the
 //! same effect, and the phase of the largest residual.
 
-use super::baseline::{Fit, linearised};
-use super::effect::{Candidate, Sign};
 use super::location::{Pattern, Spot};
 use super::result::SimpleRule;
 use super::screening::Screened;
 use crate::data::Phase;
+use crate::inference::effect::{Candidate, Sign};
+use crate::inference::fit::{Fit, linearised};
 use crate::noise::Covariance;
 
 /// All of them.

@@ -5,8 +5,8 @@
 //! `B = P inv(L) hats`. Its evidence against no gap is `a^2 v'(1 + a^2 G)^-1 v - ln det(1 + a^2 G)`, `v = B'y`,
 //! `G = B'B`, averaged over `a`.
 
-use super::screening::Linearised;
 use crate::fit::Whitening;
+use crate::inference::Linearised;
 use crate::noise::{Observation, hats};
 use nalgebra::{DMatrix, DVector};
 

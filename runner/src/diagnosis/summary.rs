@@ -3,7 +3,6 @@
 use super::confirming::{Refit, adequacy};
 use super::diagnose::{Findings, is_testable, linear_evidence};
 use super::location::{Pattern, Spot};
-use super::problem::{Setup, is_continuous};
 use super::result::*;
 use super::screening::Screened;
 use super::shrinkage::Comparison;
@@ -11,7 +10,10 @@ use super::simple_rules::simple_rules;
 use super::verdict::SIGNIFICANT;
 use super::wording;
 use crate::data::Phase;
-use crate::fit::wording::list;
+use crate::inference::FitParameter;
+use crate::inference::Setup;
+use crate::inference::effect::is_continuous;
+use crate::inference::wording::list;
 use crate::inspection::Inspection;
 use crate::noise::Observation;
 
@@ -92,11 +94,9 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 fn parameters(about: &About, x: &[f64]) -> Vec<(String, f64, String)> {
-    let free = about.setup.parameters.free();
-    free.iter()
-        .zip(x)
-        .map(|(p, x)| (p.name.clone(), p.unit.from_si(p.to_value(*x)), p.unit.name.clone()))
-        .collect()
+    let values = about.setup.unknowns.settings(x);
+    let one = |p: &FitParameter| (p.name.clone(), p.unit.from_si(values[&p.name]), p.unit.name.clone());
+    about.setup.unknowns.free().iter().map(one).collect()
 }
 
 fn plain(f: &Findings, about: &About) -> ModelSummary {
@@ -222,7 +222,7 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let mut all = Vec::new();
     let mut total: Option<ShrinkageSummary> = None;
     let measured: Vec<f64> = f.observations.iter().flat_map(Observation::force_mn).collect();
-    let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.dataset.phases.iter().copied()).collect();
+    let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.phases.iter().copied()).collect();
     for split in &f.splits {
         let Some(c) = Comparison::new(&f.plain, &refit.fit, split) else { continue };
         let draws = c.draws();
@@ -303,7 +303,7 @@ fn curves(f: &Findings) -> Vec<CurvePair> {
         };
         all.push(CurvePair {
             name: o.name().to_owned(),
-            time_s: o.dataset.measurement.time_s.clone(),
+            time_s: o.measurement.time_s.clone(),
             sigma_mn: sigma.rows(before, n).as_slice().to_vec(),
             before_mn: model(&f.plain.gap_mn),
             after_mn: after.map(model),

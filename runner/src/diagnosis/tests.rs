@@ -2,13 +2,14 @@
 
 use super::location::spots;
 use super::result::*;
-use super::screening::{Family, Linearised, Signature};
+use super::screening::Family;
 use super::something_else::something_else;
 use crate::data::Measurement;
 use crate::data::random::Random;
 use crate::fit::Whitening;
-use crate::noise::noise_model;
+use crate::inference::{Linearised, Signature};
 use crate::noise::observation::{Observation, observe};
+use crate::noise::{Weights, noise_model};
 use nalgebra::{DMatrix, DVector};
 
 /// Time (s), depth (m) and two force shapes (mN): elastic, and relaxing within 20 s.
@@ -64,7 +65,7 @@ fn tests(seed: u64, added_mn: &dyn Fn(f64) -> f64) -> Vec<Observation> {
 fn significance(observations: &[Observation]) -> (f64, f64) {
     let shapes: Vec<[f64; 2]> = RATES.iter().flat_map(|r| points(*r)).map(|p| p.2).collect();
     let truth: Vec<f64> = shapes.iter().map(|f| TRUTH_MN[0] * f[0] + TRUTH_MN[1] * f[1]).collect();
-    let noise = noise_model(observations, &truth, vec![]);
+    let noise = noise_model(observations, &truth, vec![], &Weights::default()).unwrap();
     let n = truth.len();
     let jacobian = DMatrix::from_fn(n, 2, |i, j| shapes[i][j] * TRUTH_MN[j]);
     let design = noise.covariance.apply_columns(&jacobian).resize_vertically(n + 2, 0.0);

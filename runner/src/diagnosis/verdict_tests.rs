@@ -1,12 +1,12 @@
 //! From numbers to answers.
 
-use super::baseline::Fit;
 use super::confirming::Refit;
 use super::result::Kind;
-use super::screening::Linearised;
 use super::something_else::SomethingElse;
 use super::verdict::{Decision, Evidence, decide};
 use crate::fit::{Prior, Solution};
+use crate::inference::Linearised;
+use crate::inference::fit::Fit;
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
 

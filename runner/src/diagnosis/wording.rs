@@ -1,8 +1,8 @@
 //! The answer in plain words.
 
-use super::effect::Candidate;
 use super::result::{Diagnosis, EffectSummary, Kind};
-use crate::fit::wording::list;
+use crate::inference::effect::Candidate;
+use crate::inference::wording::list;
 use std::fmt::Write as _;
 
 /// First line of everything that is printed.

@@ -1,10 +1,7 @@
-//! Bounded nonlinear least squares, and what its result is worth.
+//! Bounded nonlinear least squares, ordinary and generalised.
 //!
 //! ```text
-//! Problem (residuals, Jacobian) -> trust_region / multi_start -> Solution
-//! Solution + Noise -> statistics (intervals, correlations)
-//!                  -> identifiability (what the data do not determine, in words)
-//!                  -> derived (combinations that they do)
+//! Problem (residuals, Jacobian) [-> shared_errors] -> trust_region / multi_start -> Solution
 //! ```
 //!
 //! Nothing here knows what the residuals come from. Everything is deterministic: the same problem,
@@ -12,25 +9,16 @@
 //! a cache of runs.
 
 mod coleman_li;
-pub mod derived;
-pub mod identifiability;
 pub mod multi_start;
-pub mod parameter;
 pub mod problem;
 pub mod shared_errors;
 pub mod solution;
-pub mod statistics;
 mod step;
 mod subproblem;
 pub mod trust_region;
-pub mod wording;
 
-pub use derived::{DerivedEstimate, DerivedQuantity, Values};
-pub use identifiability::{Finding, FindingKind, Identifiability};
 pub use multi_start::{MultiStart, MultiStartOptions, StartRecord};
-pub use parameter::{FitParameter, Transform};
 pub use problem::{Bounds, EvaluationFailure, FitError, Problem};
-pub use shared_errors::{Prior, SharedErrors, SharedNoise, Whitening};
+pub use shared_errors::{Prior, SharedErrors, SharedNoise, Whitening, likeliest_heights};
 pub use solution::{IterationRecord, Solution, StopReason};
-pub use statistics::{CommonError, Interval, Noise, ParameterEstimate, Statistics};
 pub use trust_region::{Options, Scaling, minimise};

@@ -9,6 +9,10 @@ pub trait Whitening {
     /// The whitened vector.
     fn apply(&self, values: &DVector<f64>) -> DVector<f64>;
 
+    /// The transpose of the map, applied to white values, times the independent deviation of each point: a vector whose square is
+    /// the part of `|values|^2` that the independent errors cause.
+    fn white_part(&self, values: &DVector<f64>) -> DVector<f64>;
+
     /// The whitened columns.
     fn apply_columns(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
         let whitened: Vec<DVector<f64>> =
@@ -30,6 +34,12 @@ impl Prior {
     /// `(x - mean) / deviation`.
     pub fn residual(&self, x: &[f64]) -> Vec<f64> {
         x.iter().zip(self.mean.iter().zip(&self.deviation)).map(|(x, (m, s))| (x - m) / s).collect()
+    }
+
+    /// No knowledge.
+    #[must_use]
+    pub fn flat(&self) -> Self {
+        Self { mean: self.mean.clone(), deviation: vec![f64::INFINITY; self.mean.len()] }
     }
 
     /// The same knowledge and that of further variables.
@@ -82,6 +92,11 @@ impl<'a, P: Problem, N: SharedNoise> SharedErrors<'a, P, N> {
         Self { problem, noise, measured, prior }
     }
 
+    /// The problem without its noise.
+    pub fn inner(&self) -> &P {
+        &self.problem
+    }
+
     fn heights(&self, raw: &DVector<f64>) -> Result<Heights, EvaluationFailure> {
         let white = self.noise.white();
         let columns = scaled(self.noise.shared(&(raw + &self.measured)), white);
@@ -93,7 +108,7 @@ impl<'a, P: Problem, N: SharedNoise> SharedErrors<'a, P, N> {
 
 /// Factors of `1 + V'V` and the likeliest heights `(1 + V'V)^-1 V' r` of the errors `V`, for residuals in units of the white
 /// noise; `None` only where values are not finite.
-pub(super) fn likeliest_heights(
+pub fn likeliest_heights(
     columns: &DMatrix<f64>,
     residual: &DVector<f64>,
 ) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {

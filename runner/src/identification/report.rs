@@ -1,29 +1,45 @@
 //! From an identification to the report of it.
 
-use super::{Identification, curves, noise_of};
+use super::profiles::profiles;
+use super::{Identification, curves};
 use crate::assumption::{Assumption, assumptions};
-use crate::data::Phase;
-use crate::engine::Engine;
-use crate::fit::derived::material_quantities;
-use crate::fit::{FitError, Values};
+use crate::fit::FitError;
 use crate::fmi::VariableKind;
-use crate::objective::parameters::{display_unit, symbol};
-use crate::objective::{Dataset, ParameterMap};
+use crate::inference::derived::material_quantities;
+use crate::inference::problem::ForceProblem;
+use crate::inference::requests::{display_unit, symbol};
+use crate::inference::{Setup, Statistics, Values};
+use crate::noise::{Covariance, Observation, ObservationError, Weights, noise_model};
 use crate::pool::ForceCurve;
 use crate::report::{Assembly, FitReport, FixedRow, MeasuredCurve, Role, RunStatistics, Setting};
+use crate::score::chi_square;
 use std::collections::BTreeMap;
 use std::time::SystemTime;
+use thiserror::Error;
+
+/// A report that cannot be made.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// Not more points than parameters.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// Noise of a measurement that is predicted.
+    #[error(transparent)]
+    Observation(#[from] ObservationError),
+}
 
 /// What a report needs beside the identification itself.
 pub struct Context<'a> {
-    /// What evaluated the runs.
-    pub engine: &'a Engine,
-    /// What was fitted and what was not.
-    pub parameters: &'a ParameterMap,
-    /// Measurements that were fitted.
-    pub fitted: &'a [Dataset],
+    /// What evaluated the runs, what was fitted, and to what.
+    pub setup: Setup<'a>,
     /// Measurements that are predicted.
-    pub validation: &'a [Dataset],
+    pub validation: &'a [Observation],
+    /// How the points are weighed.
+    pub weights: &'a Weights,
+    /// Values whose interval is to be taken from a profile.
+    pub profile: &'a [String],
+    /// Largest number of evaluations of a fit.
+    pub evaluations: usize,
     /// The command line.
     pub command: String,
     /// Settings worth keeping.
@@ -40,67 +56,96 @@ const MILLI: f64 = 1e3;
 ///
 /// # Errors
 /// When there are not more points than parameters.
-pub fn report(context: &Context, found: &Identification) -> Result<(FitReport, Vec<String>), FitError> {
+pub fn report(
+    context: &Context,
+    identification: &Identification,
+) -> Result<(FitReport, Vec<String>), ReportError> {
     let c = context;
-    let mut missing = Vec::new();
-    let mut measured = Vec::new();
-    for (datasets, role) in [(c.fitted, Role::Fit), (c.validation, Role::Validation)] {
-        for (dataset, curve) in datasets.iter().zip(curves(c.engine, datasets, &found.values)) {
-            match curve {
-                Ok(curve) => measured.push(measured_curve(dataset, &curve, role)),
-                Err(reason) => missing.push(format!("{}: no curve: {reason}", dataset.measurement.name)),
-            }
+    let (fit, values) = (&identification.found.fit, &identification.values);
+    // The fit's own runs have the derivatives; those of other tests need none.
+    let derivatives = ForceProblem::new(c.setup, &[]).exact_columns() > 0;
+    let fitted = c.setup.observations;
+    let (mut missing, mut measured, mut descriptions) = (Vec::new(), Vec::new(), Vec::new());
+    let mut before = 0;
+    for ((o, curve), noise) in fitted
+        .iter()
+        .zip(curves(c.setup.engine, fitted, values, derivatives))
+        .zip(&identification.noise.tests)
+    {
+        let points: Vec<usize> = (before..before + o.len()).collect();
+        before += o.len();
+        descriptions.push((o.name(), noise.description.clone()));
+        match curve {
+            Ok(curve) => measured.push(measured_curve(o, &curve, Role::Fit, &fit.covariance.part(&points))),
+            Err(reason) => missing.push(format!("{}: no curve: {reason}", o.name())),
         }
     }
-    let names: Vec<&str> = c.fitted.iter().map(|d| d.measurement.name.as_str()).collect();
-    let fixed = fixed_rows(c, &found.values);
+    for (o, curve) in c.validation.iter().zip(curves(c.setup.engine, c.validation, values, false)) {
+        match curve {
+            Ok(curve) => {
+                let force: Vec<f64> = curve.force_n().iter().map(|f| f * MILLI).collect();
+                let noise = noise_model(std::slice::from_ref(o), &force, vec![], c.weights)?;
+                descriptions.extend(noise.tests.iter().map(|t| (o.name(), t.description.clone())));
+                measured.push(measured_curve(o, &curve, Role::Validation, &noise.covariance));
+            }
+            Err(reason) => missing.push(format!("{}: no curve: {reason}", o.name())),
+        }
+    }
+    let names: Vec<&str> = fitted.iter().map(Observation::name).collect();
     let complete = |values: &mut Values| complete(c, values);
-    let noise = noise_of(c.fitted);
-    let derived =
-        if c.engine.is_own() { material_quantities(branches(c, &found.values)) } else { Vec::new() };
+    let derived = if c.setup.engine.is_own() { material_quantities(branches(c, values)) } else { Vec::new() };
+    let stretches: Vec<usize> = fitted.iter().map(Observation::len).collect();
+    let statistics = Statistics::new(c.setup.unknowns, fit, &stretches)?;
+    let profiles = match fit.solution.stop.converged() {
+        // What a stop leaves undone is told by the exit code; the linearised intervals stand.
+        true => profiles(c.setup, fit, &statistics, c.evaluations, c.profile).unwrap_or_default(),
+        false => vec![],
+    };
     let assembly = Assembly {
         title: format!("Parameters identified from {}", names.join(", ")),
         created: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
         command: c.command.clone(),
-        model: c.engine.model_name().to_owned(),
-        parameters: c.parameters.free(),
-        fixed,
-        solution: &found.search.best,
-        noise: &noise,
+        model: c.setup.engine.model_name().to_owned(),
+        unknowns: c.setup.unknowns,
+        fixed: fixed_rows(c, values),
+        fit,
+        statistics,
+        stretches: &stretches,
+        profiles,
+        far_points: identification.far_points,
         derived: &derived,
         complete: &complete,
-        first_holds: first_holds(c.fitted),
+        first_holds: first_holds(fitted),
         curves: measured,
-        runs: run_statistics(c, found),
-        starts: found.search.records.clone(),
-        settings: settings(c),
-        assumptions: rests_on(c, &found.values),
+        runs: run_statistics(c, identification),
+        starts: identification.found.starts.clone(),
+        settings: settings(c, &descriptions),
+        assumptions: rests_on(c, values),
     };
     Ok((assembly.build()?, missing))
 }
 
 /// Parameters that were not fitted, where the FMU is known to mean what it says.
 fn rests_on(c: &Context, values: &BTreeMap<String, f64>) -> Vec<Assumption> {
-    let fitted: Vec<&str> = c.parameters.free().iter().map(|p| p.name.as_str()).collect();
-    assumptions(c.engine.wiring(), values, &fitted)
+    let fitted: Vec<&str> = c.setup.unknowns.free().iter().map(|p| p.name.as_str()).collect();
+    assumptions(c.setup.engine.wiring(), values, &fitted)
 }
 
 /// Points of the first loading and hold of each test, among those of all tests.
-fn first_holds(datasets: &[Dataset]) -> Vec<usize> {
+fn first_holds(observations: &[Observation]) -> Vec<usize> {
     let mut points = Vec::new();
     let mut before = 0;
-    for d in datasets {
-        let after_hold = |phase: &Phase| matches!(phase, Phase::Unload | Phase::Recovery);
-        let end = d.phases.iter().position(after_hold).unwrap_or(d.phases.len());
-        points.extend(before..before + end);
-        before += d.phases.len();
+    for o in observations {
+        points.extend(before..before + o.first_hold_end());
+        before += o.len();
     }
     points
 }
 
-fn measured_curve(dataset: &Dataset, curve: &ForceCurve, role: Role) -> MeasuredCurve {
-    let m = &dataset.measurement;
+fn measured_curve(o: &Observation, curve: &ForceCurve, role: Role, covariance: &Covariance) -> MeasuredCurve {
+    let m = &o.measurement;
     let milli = |values: &[f64]| values.iter().map(|v| v * MILLI).collect::<Vec<f64>>();
+    let total = || covariance.total_mn().as_slice().to_vec();
     MeasuredCurve {
         name: m.name.clone(),
         file: m.file.display().to_string(),
@@ -110,7 +155,8 @@ fn measured_curve(dataset: &Dataset, curve: &ForceCurve, role: Role) -> Measured
         displacement_mm: milli(&m.displacement_m),
         measured_mn: milli(&m.force_n),
         spread_mn: m.spread_n.as_deref().map(milli),
-        sigma_mn: milli(&dataset.noise.sigma_n),
+        sigma_mn: if covariance.is_known() { total() } else { vec![] },
+        chi_square: chi_square(o, curve, covariance),
         model_mn: milli(curve.force_n()),
         model_solid_mn: curve.output("force_solid").map(milli),
         model_fluid_mn: curve.output("force_fluid").map(milli),
@@ -119,15 +165,15 @@ fn measured_curve(dataset: &Dataset, curve: &ForceCurve, role: Role) -> Measured
 
 /// Parameters that were given a value, and the material's that were left at theirs.
 fn fixed_rows(c: &Context, values: &BTreeMap<String, f64>) -> Vec<FixedRow> {
-    let free = |name: &str| c.parameters.free().iter().any(|p| p.name == name);
+    let free = |name: &str| c.setup.unknowns.free().iter().any(|p| p.name == name);
     let mut rows = Vec::new();
-    for (name, variable) in &c.engine.wiring().parameters {
+    for (name, variable) in &c.setup.engine.wiring().parameters {
         let set = values.get(name).copied();
         let absent_branch = || !has_branch(c, name, values);
         if free(name) || (set.is_none() && (!name.starts_with("material.") || absent_branch())) {
             continue;
         }
-        let tie = c.parameters.ties().iter().find(|t| t.name == *name);
+        let tie = c.setup.unknowns.ties().iter().find(|t| t.name == *name);
         let number = set.or_else(|| variable.start_number()).filter(|_| variable.kind == VariableKind::Real);
         // Switches and presets are among the settings: they are no numbers.
         let Some(value) = number else { continue };
@@ -150,7 +196,7 @@ fn has_branch(c: &Context, name: &str, values: &BTreeMap<String, f64>) -> bool {
         return true;
     };
     let mu = format!("material.branch[{branch}].mu");
-    let start = || c.engine.wiring().parameters.get(&mu).and_then(|v| v.start_number());
+    let start = || c.setup.engine.wiring().parameters.get(&mu).and_then(|v| v.start_number());
     values.get(&mu).copied().or_else(start).is_some_and(|mu| mu != 0.0)
 }
 
@@ -160,44 +206,40 @@ fn branches(c: &Context, values: &BTreeMap<String, f64>) -> usize {
 
 /// Adds what is not fitted: start values first, then what was set, then what is tied.
 fn complete(c: &Context, values: &mut Values) {
-    for (name, variable) in &c.engine.wiring().parameters {
-        let value = c.parameters.fixed().get(name).copied().or_else(|| variable.start_number());
+    for (name, variable) in &c.setup.engine.wiring().parameters {
+        let value = c.setup.unknowns.fixed().get(name).copied().or_else(|| variable.start_number());
         if let (None, Some(value)) = (values.get(name), value) {
             values.set(name, value);
         }
     }
-    for tie in c.parameters.ties() {
+    for tie in c.setup.unknowns.ties() {
         if let Some(value) = values.get(&tie.of) {
             values.set(&tie.name, tie.factor * value);
         }
     }
 }
 
-fn run_statistics(c: &Context, found: &Identification) -> RunStatistics {
-    let s = c.engine.cache().statistics();
+fn run_statistics(c: &Context, identification: &Identification) -> RunStatistics {
+    let found = &identification.found;
+    let s = c.setup.engine.cache().statistics();
     let count = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
-    let mut failures = found.search.best.failures.clone();
-    failures.extend(found.search.records.iter().filter_map(|r| r.failure.clone()));
+    let mut failures = found.fit.solution.failures.clone();
+    failures.extend(found.starts.iter().filter_map(|r| r.failure.clone()));
     failures.sort();
     failures.dedup();
     RunStatistics {
         runs: count(s.runs),
         cache_hits: count(s.memory_hits + s.disk_hits),
         failed: count(s.failed),
-        cancelled: count(c.engine.pool().cancelled()),
+        cancelled: count(c.setup.engine.pool().cancelled()),
         mean_in_flight: found.load.mean().unwrap_or(0.0),
         wall_time_s: c.seconds,
         failures,
     }
 }
 
-fn settings(c: &Context) -> Vec<Setting> {
-    let mut settings = c.settings.clone();
-    for d in c.fitted.iter().chain(c.validation) {
-        settings.push(Setting {
-            name: format!("noise of {}", d.measurement.name),
-            value: d.noise.description.clone(),
-        });
-    }
-    settings
+fn settings(c: &Context, noise: &[(&str, String)]) -> Vec<Setting> {
+    let of =
+        |(name, value): &(&str, String)| Setting { name: format!("noise of {name}"), value: value.clone() };
+    c.settings.iter().cloned().chain(noise.iter().map(of)).collect()
 }

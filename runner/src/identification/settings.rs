@@ -4,8 +4,9 @@
 //! same settings lead through the same runs to where the work ended, and on from there.
 
 use crate::cli::engine_args::EngineArguments;
-use crate::data::{DataError, NoiseModel, Phase, Reading, SpecimenFiles};
-use crate::objective::{Requests, Weights};
+use crate::data::{DataError, Phase, Reading, SpecimenFiles};
+use crate::inference::{Requests, SearchPlan};
+use crate::noise::{Uncertainty, Weights};
 use crate::output::{Folder, OutputError, json};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
@@ -53,7 +54,8 @@ pub struct FitSettings {
     /// Parameter that follows another one, e.g. material.branch\[2\].mu=material.branch\[1\].mu*0.5 (repeatable)
     #[arg(long, value_name = "NAME=OTHER*FACTOR")]
     pub tie: Vec<String>,
-    /// Bounds of a fitted parameter [default: Table 1's] (repeatable)
+    /// Bounds of a fitted parameter [default: two and a half decades either way for moduli and times, Table 1's for the others]; it is
+    /// then fitted under its own name, not through G and tau (repeatable)
     #[arg(long, value_name = "NAME=LOWER:UPPER")]
     pub bounds: Vec<String>,
     /// Start of a fitted parameter [default: Table 1's value] (repeatable)
@@ -61,7 +63,7 @@ pub struct FitSettings {
     pub start: Vec<String>,
     /// Which uncertainty weighs the points; none is the plain chi^2 of Eq. 16
     #[arg(long, value_enum, default_value_t)]
-    pub noise: NoiseModel,
+    pub noise: Uncertainty,
     /// Number of specimens behind the file's spread, where it does not hold the specimens themselves
     #[arg(long, value_name = "N", value_parser = crate::cli::count::specimens)]
     pub specimens: Option<usize>,
@@ -75,6 +77,15 @@ pub struct FitSettings {
     /// Seed of the drawn starts
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     pub seed: u64,
+    /// Take the interval of this value from the profile of the likelihood: a parameter by its name, or a symbol such as G_1, tau_2,
+    /// alpha_1, K0 (repeatable). Without being asked this is done where a linearised interval is open or curved; `none` leaves that out
+    #[arg(long, value_name = "NAME")]
+    #[serde(default)]
+    pub profile: Vec<String>,
+    /// Points that lie far from the rest count less (Huber's loss)
+    #[arg(long)]
+    #[serde(default)]
+    pub robust: bool,
     /// Where derivatives come from
     #[arg(long, value_enum, default_value_t)]
     pub jacobian: JacobianSource,
@@ -254,7 +265,15 @@ impl Settings {
     pub fn requests(&self) -> Requests {
         let f = self.fit.clone();
         let set = self.engine.settings();
-        Requests { set, free: f.free, fix: f.fix, tie: f.tie, bounds: f.bounds, start: f.start }
+        Requests {
+            set,
+            free: f.free,
+            fix: f.fix,
+            tie: f.tie,
+            bounds: f.bounds,
+            start: f.start,
+            ..Requests::default()
+        }
     }
 }
 
@@ -274,18 +293,17 @@ impl FitSettings {
         };
         let phases = self.weight.iter().map(one).collect::<Result<Vec<_>, SettingsError>>()?;
         let phases: BTreeMap<Phase, f64> = phases.into_iter().flatten().collect();
-        Ok(Weights { noise: self.noise, specimens: self.specimens, phases })
+        Ok(Weights { uncertainty: self.noise, specimens: self.specimens, phases })
     }
 
     /// How the fit is made.
     ///
     /// # Errors
     /// When the finite-difference step is not usable.
-    pub fn options(&self) -> Result<super::FitOptions, SettingsError> {
+    pub fn plan(&self) -> Result<SearchPlan, SettingsError> {
         if !(1e-6..=0.2).contains(&self.fd_step) {
             return Err(SettingsError::BadStep(self.fd_step));
         }
-        let (starts, seed, step) = (self.starts, self.seed, self.fd_step);
-        Ok(super::FitOptions { starts, seed, step, max_evaluations: self.max_evaluations })
+        Ok(SearchPlan { starts: self.starts, seed: self.seed, evaluations: self.max_evaluations })
     }
 }

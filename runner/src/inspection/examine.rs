@@ -7,11 +7,11 @@ use super::ratios::ratios;
 use super::result::*;
 use super::trace::Trace;
 use super::water::WaterContent;
-use crate::data::noise::common_factor::common_factor;
-use crate::data::noise::correlated::{NoiseParts, Record, autocorrelation, noise_parts};
 use crate::data::phase::phases;
 use crate::data::plausibility::outliers;
 use crate::data::{DataError, Estimate, Measurement, Synchronised};
+use crate::noise::common_factor::common_factor;
+use crate::noise::correlated::{NoiseParts, Record, autocorrelation, noise_parts};
 
 /// What is not in the files.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,8 +2,8 @@
 
 use super::trace::Trace;
 use crate::data::motion::sample_noise;
-use crate::data::noise::correlated::{FEWEST_IN_RECORD, Record};
 use crate::data::{Cycle, Estimate};
+use crate::noise::correlated::{FEWEST_IN_RECORD, Record};
 
 /// Stretches in which the punch does not touch, for the noise: from the end of each withdrawal (films that
 /// follow the punch have torn by then) to the next loading.

@@ -11,7 +11,7 @@ use maud::{Markup, PreEscaped, html};
 /// The page.
 pub fn page(inspection: &Inspection) -> String {
     let names: Vec<&str> = inspection.tests.iter().map(|t| t.name.as_str()).collect();
-    let title = format!("Inspection of {}", crate::fit::wording::list(&names));
+    let title = format!("Inspection of {}", crate::inference::wording::list(&names));
     let body = html! {
         h1 { (title) }
         p.meta { "What the measurements say themselves, without a model. Median [quartiles] of the specimens." }

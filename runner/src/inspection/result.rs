@@ -1,8 +1,8 @@
 //! What an inspection found: one serialisable structure, in the units that people use.
 
 use super::water::WaterContent;
-use crate::data::noise::correlated::Autocorrelation;
 use crate::data::{Estimate, Phase, Quartiles};
+use crate::noise::correlated::Autocorrelation;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON layout.

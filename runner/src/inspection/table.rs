@@ -3,7 +3,7 @@
 use super::result::*;
 use super::water::WaterContent;
 use crate::data::{Estimate, Quartiles};
-use crate::fit::wording::significant;
+use crate::inference::wording::significant;
 use crate::report::columns;
 use std::fmt::Write;
 

@@ -16,6 +16,20 @@ pub struct Common {
     pub shape_mn: DVector<f64>,
     /// Whether it is a part of the computed force at each point.
     pub relative: bool,
+    /// Degrees of freedom that its size was estimated with; infinite where it is known.
+    pub degrees: f64,
+}
+
+impl Common {
+    /// An error of known size that is no part of the force.
+    pub fn additive(name: String, shape_mn: DVector<f64>) -> Self {
+        Self { name, shape_mn, relative: false, degrees: f64::INFINITY }
+    }
+
+    /// An error of known size in proportion to the force.
+    pub fn proportional(name: String, shape_mn: DVector<f64>) -> Self {
+        Self { name, shape_mn, relative: true, degrees: f64::INFINITY }
+    }
 }
 
 /// Covariance of the measured force minus the model's (mN^2).
@@ -23,12 +37,16 @@ pub struct Common {
 pub struct Covariance {
     white_mn: DVector<f64>,
     common: Vec<Common>,
+    /// Errors that a fit takes up: of its values, not of the comparison.
+    absorbed: Vec<Common>,
     /// The computed force that relative errors are given for (mN); empty where none is.
     reference_mn: DVector<f64>,
     q: DMatrix<f64>,
     /// `1 / sqrt(1 + s^2) - 1`.
     change: DVector<f64>,
     log_determinant: f64,
+    /// Whether its size is known; otherwise it is what the fit leaves.
+    known: bool,
 }
 
 /// Squared singular values below this part of the largest are rounding.
@@ -46,7 +64,17 @@ impl Covariance {
         let reference_mn = DVector::zeros(0);
         if common.is_empty() {
             let (q, change) = (DMatrix::zeros(n, 0), DVector::zeros(0));
-            return Self { white_mn, common, reference_mn, q, change, log_determinant: log_white };
+            let log_determinant = log_white;
+            return Self {
+                white_mn,
+                common,
+                absorbed: vec![],
+                reference_mn,
+                q,
+                change,
+                log_determinant,
+                known: true,
+            };
         }
         let columns: Vec<DVector<f64>> = common.iter().map(|c| c.shape_mn.component_div(&white_mn)).collect();
         let v = DMatrix::from_columns(&columns);
@@ -59,7 +87,63 @@ impl Covariance {
         q.column_iter_mut().zip(squares.iter()).for_each(|(mut c, s2)| c /= s2.sqrt());
         let change = squares.map(|s2| 1.0 / (1.0 + s2).sqrt() - 1.0);
         let more: f64 = squares.map(f64::ln_1p).sum();
-        Self { white_mn, common, reference_mn, q, change, log_determinant: log_white + more }
+        let log_determinant = log_white + more;
+        Self { white_mn, common, absorbed: vec![], reference_mn, q, change, log_determinant, known: true }
+    }
+
+    /// Independent errors of which only the ratios are known (mN).
+    pub fn of_unknown_size(white_mn: DVector<f64>) -> Self {
+        Self { known: false, ..Self::new(white_mn, vec![]) }
+    }
+
+    /// Whether its size is known.
+    pub fn is_known(&self) -> bool {
+        self.known
+    }
+
+    /// The same with these white deviations and computed force, and each common error changed.
+    fn rebuilt(
+        &self,
+        white_mn: DVector<f64>,
+        change: impl Fn(&Common) -> Common,
+        reference_mn: DVector<f64>,
+    ) -> Self {
+        let common = self.common.iter().map(&change).filter(|c| c.shape_mn.amax() > 0.0).collect();
+        let absorbed = self.absorbed.iter().map(&change).collect();
+        Self { known: self.known, reference_mn, absorbed, ..Self::new(white_mn, common) }
+    }
+
+    /// The same for a fit that takes up these errors.
+    #[must_use]
+    pub fn absorbing(self, absorbed: Vec<Common>) -> Self {
+        Self { absorbed, ..self }
+    }
+
+    /// Errors that a fit takes up: of its values, not of the comparison.
+    pub fn absorbed(&self) -> &[Common] {
+        &self.absorbed
+    }
+
+    /// All errors this many times as large, and the white ones `white` times more.
+    #[must_use]
+    pub fn scaled(&self, all: f64, white: f64) -> Self {
+        let larger = |c: &Common| Common { shape_mn: &c.shape_mn * all, ..c.clone() };
+        self.rebuilt(&self.white_mn * (all * white), larger, self.reference_mn.clone())
+    }
+
+    /// The same with the white deviation of each point times its own factor.
+    #[must_use]
+    pub fn with_white_times(&self, factors: &[f64]) -> Self {
+        let white_mn = self.white_mn.component_mul(&DVector::from_row_slice(factors));
+        self.rebuilt(white_mn, Common::clone, self.reference_mn.clone())
+    }
+
+    /// Of some of the points.
+    #[must_use]
+    pub fn part(&self, points: &[usize]) -> Self {
+        let of = |v: &DVector<f64>| if v.is_empty() { v.clone() } else { v.select_rows(points) };
+        let cut = |c: &Common| Common { shape_mn: of(&c.shape_mn), ..c.clone() };
+        self.rebuilt(of(&self.white_mn), cut, of(&self.reference_mn))
     }
 
     /// The same, whose relative errors are those at this computed force (mN).
@@ -72,19 +156,20 @@ impl Covariance {
     /// Of a model that computes this force (mN): relative errors are as much larger at each point as it is.
     #[must_use]
     pub fn at(&self, force_mn: &DVector<f64>) -> Self {
-        let moved = |c: &Common| match self.part(c) {
+        let moved = |c: &Common| match self.part_of_force(c) {
             Some(part) => Common { shape_mn: part.component_mul(force_mn), ..c.clone() },
             None => c.clone(),
         };
-        let common = self.common.iter().map(moved).collect();
-        Self::new(self.white_mn.clone(), common).relative_to(force_mn.clone())
+        self.rebuilt(self.white_mn.clone(), moved, force_mn.clone())
     }
 
     /// The same with further errors that are no part of the computed force.
     #[must_use]
     pub fn with(&self, more: impl IntoIterator<Item = Common>) -> Self {
         let common = self.common.iter().cloned().chain(more).collect();
-        Self::new(self.white_mn.clone(), common).relative_to(self.reference_mn.clone())
+        let (known, absorbed) = (self.known, self.absorbed.clone());
+        let reference_mn = self.reference_mn.clone();
+        Self { known, absorbed, reference_mn, ..Self::new(self.white_mn.clone(), common) }
     }
 
     /// The same for one who does not know what was measured at `points`.
@@ -92,11 +177,11 @@ impl Covariance {
     pub fn without(&self, points: &[usize]) -> Self {
         let mut white_mn = self.white_mn.clone();
         points.iter().for_each(|&i| white_mn[i] *= UNKNOWN);
-        Self::new(white_mn, self.common.clone()).relative_to(self.reference_mn.clone())
+        self.rebuilt(white_mn, Common::clone, self.reference_mn.clone())
     }
 
     /// A relative error over the force; next to no force there is next to no error.
-    fn part(&self, common: &Common) -> Option<DVector<f64>> {
+    fn part_of_force(&self, common: &Common) -> Option<DVector<f64>> {
         let least = NO_FORCE * self.reference_mn.amax();
         let over = |shape: f64, f: f64| shape * f / (f * f + least * least);
         (common.relative && least > 0.0).then(|| common.shape_mn.zip_map(&self.reference_mn, over))
@@ -154,7 +239,7 @@ impl SharedNoise for Covariance {
     fn shared(&self, computed: &DVector<f64>) -> DMatrix<f64> {
         let mut columns = self.common_columns();
         for (mut column, common) in columns.column_iter_mut().zip(&self.common) {
-            if let Some(part) = self.part(common) {
+            if let Some(part) = self.part_of_force(common) {
                 column.copy_from(&part.component_mul(computed));
             }
         }
@@ -164,7 +249,7 @@ impl SharedNoise for Covariance {
     fn growth(&self, heights: &DVector<f64>) -> DVector<f64> {
         let mut sum = DVector::zeros(self.len());
         for (common, height) in self.common.iter().zip(heights.iter()) {
-            if let Some(part) = self.part(common) {
+            if let Some(part) = self.part_of_force(common) {
                 sum.axpy(*height, &part, 1.0);
             }
         }
@@ -178,6 +263,11 @@ impl Whitening for Covariance {
         let inside = self.q.tr_mul(&scaled).component_mul(&self.change);
         scaled + &self.q * inside
     }
+
+    fn white_part(&self, values: &DVector<f64>) -> DVector<f64> {
+        // S (L^-1)' with L^-1 = (1 + Q c Q') S^-1.
+        values + &self.q * self.q.tr_mul(values).component_mul(&self.change)
+    }
 }
 
 #[cfg(test)]
@@ -187,8 +277,7 @@ mod tests {
     #[test]
     fn whitening_turns_the_covariance_into_the_unit_matrix() {
         let white = DVector::from_vec(vec![0.5, 1.0, 2.0, 0.7]);
-        let shape =
-            |v: [f64; 4]| Common { name: "c".into(), shape_mn: DVector::from_row_slice(&v), relative: false };
+        let shape = |v: [f64; 4]| Common::additive("c".into(), DVector::from_row_slice(&v));
         // The third is a multiple of the first: the shapes need not be independent.
         let common =
             vec![shape([1.0, 2.0, 3.0, 4.0]), shape([0.0, 1.0, -1.0, 0.5]), shape([2.0, 4.0, 6.0, 8.0])];
@@ -205,7 +294,7 @@ mod tests {
     #[test]
     fn a_point_that_is_not_known_counts_for_nothing() {
         let shape = DVector::from_vec(vec![1.0, 2.0, 3.0]);
-        let common = Common { name: "c".into(), shape_mn: shape, relative: true };
+        let common = Common::proportional("c".into(), shape);
         let reference = DVector::from_vec(vec![2.0, 4.0, 6.0]);
         let all =
             Covariance::new(DVector::from_vec(vec![0.5, 0.7, 2.0]), vec![common]).relative_to(reference);

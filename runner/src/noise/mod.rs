@@ -1,26 +1,34 @@
 //! How uncertain the difference between a measured and a computed curve is.
 //!
 //! ```text
-//! Observation -> white part of a point
-//!             -> common errors: height of the specimens, their shapes, slow noise, error of the simulation
+//! Observation -> white part of a point, from neighbouring samples
+//!             -> common errors: height of the specimens, their shapes and drifts, slow noise, error of the simulation
 //!             -> Covariance (low rank + diagonal), its inverse root
 //! ```
 //! With white noise alone hundreds of points would make any slow error significant.
 
+pub mod common_factor;
+pub mod correlated;
 mod low_rank;
+mod neighbours;
 mod numerical;
 pub mod observation;
 mod specimens;
 #[cfg(test)]
 mod tests;
+pub mod weights;
 
 pub use low_rank::{Common, Covariance};
-pub use numerical::{hat_at, hats, refinement, slow_errors, timing};
-pub use specimens::{TestNoise, test_noise};
+pub use numerical::{hats, refinement};
+pub use observation::{Observation, ObservationError};
+pub use specimens::{TestNoise, check};
+pub use weights::{Uncertainty, Weights};
 
+use common_factor::FEWEST_SPECIMENS;
 use nalgebra::DVector;
-pub use observation::Observation;
+use numerical::{slow_errors, timing};
 use observation::same_specimens;
+use specimens::test_noise;
 
 /// The covariance of several tests, and what it is made of.
 #[derive(Debug, Clone)]
@@ -39,26 +47,47 @@ pub struct NoiseModel {
 /// The reference must be a computed force, and errors in proportion to it grow with what a fit computes
 /// ([`Covariance::at`]). Otherwise a fit could shrink its own misfit: with an error of shape `h f` and `u` of it,
 /// `f - u h f - c g = c (f - g)` for `c = 1 - u h`, so a model of half the height misses by half (Peelle's puzzle).
-pub fn noise_model(observations: &[Observation], reference_mn: &[f64], refined: Vec<Common>) -> NoiseModel {
+///
+/// # Errors
+/// When the uncertainty asked for needs what a file does not have.
+pub fn noise_model(
+    observations: &[Observation],
+    reference_mn: &[f64],
+    refined: Vec<Common>,
+    weights: &Weights,
+) -> Result<NoiseModel, ObservationError> {
     let references = by_test(observations, reference_mn);
     let pairs = || observations.iter().zip(&references);
-    let tests: Vec<TestNoise> = pairs().map(|(o, f)| test_noise(o, f)).collect();
+    let tests: Vec<TestNoise> = pairs().map(|(o, f)| test_noise(o, f, weights)).collect::<Result<_, _>>()?;
+    let white = DVector::from_iterator(
+        reference_mn.len(),
+        tests.iter().flat_map(|noise| noise.white_mn.iter().copied()),
+    );
     let same = observations.windows(2).all(|w| same_specimens(&w[0], &w[1])) && observations.len() > 1;
-    let mut white = Vec::new();
+    if weights.uncertainty == Uncertainty::None {
+        return Ok(NoiseModel {
+            covariance: Covariance::of_unknown_size(white),
+            tests,
+            same_specimens: same,
+        });
+    }
     let mut common = refined;
-    let total: usize = observations.iter().map(Observation::len).sum();
     let mut before = 0;
     for ((observation, force), noise) in pairs().zip(&tests) {
-        white.extend(noise.white_mn.iter().copied());
         let numerical = slow_errors(observation, force).into_iter().chain(timing(observation, force));
         let local = noise.common.iter().cloned().chain(numerical);
-        common.extend(local.map(|c| embed(c, before, total)));
+        common.extend(local.map(|c| embed(c, before, reference_mn.len())));
         before += observation.len();
     }
-    common.extend(heights(observations, &references, same));
     let force = DVector::from_row_slice(reference_mn);
-    let covariance = Covariance::new(DVector::from_vec(white), common).relative_to(force);
-    NoiseModel { covariance, tests, same_specimens: same }
+    let mut absorbed = vec![];
+    // What the user weighs by the spread has the heights in it already.
+    if weights.uncertainty != Uncertainty::Spread {
+        common.extend(heights(observations, &references, same));
+        absorbed.extend(shared_height(observations, &force, same));
+    }
+    let covariance = Covariance::new(white, common).relative_to(force).absorbing(absorbed);
+    Ok(NoiseModel { covariance, tests, same_specimens: same })
 }
 
 /// Errors of an effect's form: nature's change of the force has not the shape that the catalogue computes (`change_mn`, mN, all
@@ -93,10 +122,14 @@ fn embed(common: Common, before: usize, total: usize) -> Common {
     Common { shape_mn, ..common }
 }
 
+/// What the mean of a few specimens leaves unknown of the height of a test (-), and its degrees of freedom.
+fn relative_height(observation: &Observation) -> (f64, f64) {
+    let n = observation.factors.len().max(1) as f64;
+    (observation.log_scatter().map_or(0.0, |s| s / n.sqrt()), n - 1.0)
+}
+
 /// What the mean of a few specimens leaves unknown of the heights of the tests against each other: where the
 /// specimens are different, each test's deviation from the mean of all.
-///
-/// The height that all tests share is the moduli's: a fit takes it up, so it is no error of the comparison.
 fn heights(observations: &[Observation], references: &[DVector<f64>], same: bool) -> Vec<Common> {
     let total: usize = observations.iter().map(Observation::len).sum();
     let known = |c: &Common| c.shape_mn.amax() > 0.0;
@@ -108,16 +141,32 @@ fn heights(observations: &[Observation], references: &[DVector<f64>], same: bool
     let mut before = 0;
     let mut common = Vec::new();
     for (observation, force) in observations.iter().zip(references) {
-        let n = observation.factors.len().max(1) as f64;
-        let relative = observation.log_scatter().map_or(0.0, |s| s / n.sqrt());
+        let (relative, degrees) = relative_height(observation);
         let mut shape_mn = -mean.clone();
         let mut own = shape_mn.rows_mut(before, force.len());
         own += force;
         let name = format!("height of the specimens of {}", observation.name());
-        common.push(Common { name, shape_mn: shape_mn * relative, relative: true });
+        common.push(Common { name, shape_mn: shape_mn * relative, relative: true, degrees });
         before += observation.len();
     }
     common.into_iter().filter(known).collect()
+}
+
+/// The height that all tests share is the moduli's: a fit takes it up, so that it is no error of the comparison but one of the values.
+/// (As an error in proportion to what is computed it would even do harm: a model a hundred times too high would miss by no more
+/// than the inverse of the relative error.)
+fn shared_height(observations: &[Observation], force_mn: &DVector<f64>, same: bool) -> Option<Common> {
+    let all: Vec<(f64, f64)> = observations.iter().map(relative_height).collect();
+    let (square, degrees) = match (same, all.first()) {
+        (true, Some((relative, degrees))) => (relative * relative, *degrees),
+        _ => {
+            let squares = all.iter().map(|(r, _)| r * r).sum::<f64>() / (all.len() * all.len()).max(1) as f64;
+            (squares, all.iter().map(|(_, degrees)| degrees).sum())
+        }
+    };
+    let name = "height of the specimens".to_owned();
+    let shape_mn = force_mn * square.sqrt();
+    (square > 0.0).then_some(Common { name, shape_mn, relative: true, degrees })
 }
 
 /// Specimens that were tested twice differ a little in how much: the scatter of the ratio of their factors.
@@ -127,10 +176,11 @@ fn between_tests(observations: &[Observation], references: &[DVector<f64>], tota
     let mut common = Vec::new();
     for (other, force) in others.iter().zip(&references[1..]) {
         let ratios: Vec<f64> = other.factors.iter().zip(&first.factors).map(|(a, b)| (a / b).ln()).collect();
+        let n = ratios.len().max(FEWEST_SPECIMENS) as f64;
         let scatter = crate::data::measurement::standard_deviation(&ratios);
-        let shape_mn = force * (scatter / (ratios.len() as f64).sqrt());
+        let shape_mn = force * (scatter / n.sqrt());
         let name = format!("height of {} against {} on the same specimens", other.name(), first.name());
-        common.push(embed(Common { name, shape_mn, relative: true }, before, total));
+        common.push(embed(Common { name, shape_mn, relative: true, degrees: n - 1.0 }, before, total));
         before += other.len();
     }
     common

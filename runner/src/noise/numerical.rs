@@ -7,8 +7,8 @@ use crate::data::measurement::median;
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 
-/// Relative error that is left between two correct programs at their usual accuracy (design, section 6: 0.2 to 0.8 %
-/// in the force), independent from one knot to the next.
+/// Relative error that is left between two correct programs at their usual accuracy (design, section 6: 0.2 to 0.8 % in the
+/// force; late in a hold, 0.1 to 0.3 % of the peak), independent from one knot to the next.
 const RELATIVE: f64 = 5e-3;
 /// Knots per decade of time.
 const PER_DECADE: f64 = 2.0;
@@ -40,7 +40,7 @@ pub fn hats_by_knot(observation: &Observation, cycle: usize, per_decade: f64) ->
 }
 
 /// Value of the hat function that is 1 at its knot and 0 at the next ones.
-pub fn hat_at(decade: f64, knot: i32) -> f64 {
+fn hat_at(decade: f64, knot: i32) -> f64 {
     (1.0 - (decade - f64::from(knot)).abs()).max(0.0)
 }
 
@@ -61,7 +61,7 @@ const FIRST_S: f64 = 1e-2;
 /// The error of the simulation: independent errors after each kink, as parts of the computed force (mN).
 pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
     errors_after_kinks(observation, force_mn, RELATIVE, "simulation")
-        .map(|c| Common { relative: true, ..c })
+        .map(|c| Common::proportional(c.name, c.shape_mn))
         .collect()
 }
 
@@ -74,10 +74,9 @@ pub fn errors_after_kinks(
     part: f64,
     what: &str,
 ) -> impl Iterator<Item = Common> {
-    let error = move |name: String, shape: DVector<f64>, share: f64| Common {
-        name: format!("{what} of {}, {name}", observation.name()),
-        shape_mn: shape.component_mul(curve_mn) * (share * part),
-        relative: false,
+    let error = move |name: String, shape: DVector<f64>, share: f64| {
+        let name = format!("{what} of {}, {name}", observation.name());
+        Common::additive(name, shape.component_mul(curve_mn) * (share * part))
     };
     let own = if observation.cycles.len() > 1 { OWN } else { 0.0 };
     let hats = hats_after_kinks(observation);
@@ -94,8 +93,8 @@ pub fn errors_after_kinks(
 /// Hat functions over the decades of the time since the kink that begins each leg of the motion: cycle, leg, knot.
 fn hats_after_kinks(observation: &Observation) -> Vec<((usize, u8, i32), DVector<f64>)> {
     let n = observation.len();
-    let time_s = &observation.dataset.measurement.time_s;
-    let leg = |i: usize| (observation.cycle[i], leg(observation.dataset.phases[i]));
+    let time_s = &observation.time_s;
+    let leg = |i: usize| (observation.cycle[i], leg(observation.phases[i]));
     let mut all = Vec::new();
     let mut begin = 0;
     while begin < n {
@@ -131,8 +130,8 @@ fn leg(phase: Phase) -> u8 {
 /// the motion lie anywhere between two samples. `dF/dt` times the deviation of a uniform distribution over the
 /// interval of the ramp (mN).
 pub fn timing(observation: &Observation, force_mn: &DVector<f64>) -> Option<Common> {
-    let (t, n) = (&observation.dataset.measurement.time_s, observation.len());
-    let ramp: Vec<usize> = (1..n).filter(|&i| observation.dataset.phases[i] == Phase::Ramp).collect();
+    let (t, n) = (&observation.time_s, observation.len());
+    let ramp: Vec<usize> = (1..n).filter(|&i| observation.phases[i] == Phase::Ramp).collect();
     if ramp.is_empty() {
         return None;
     }
@@ -148,11 +147,11 @@ pub fn timing(observation: &Observation, force_mn: &DVector<f64>) -> Option<Comm
         if left * right <= 0.0 { 0.0 } else { left.signum() * left.abs().min(right.abs()) }
     };
     let shape_mn = DVector::from_fn(n, |i, _| sigma_s * slope(i));
-    Some(Common { name: format!("timing of {}", observation.name()), shape_mn, relative: true })
+    Some(Common::proportional(format!("timing of {}", observation.name()), shape_mn))
 }
 
 /// The difference that a refinement makes, as an error of that size. `None` where it makes none.
 pub fn refinement(name: &str, coarse_mn: &[f64], fine_mn: &[f64]) -> Option<Common> {
     let shape_mn = DVector::from_iterator(coarse_mn.len(), fine_mn.iter().zip(coarse_mn).map(|(f, c)| f - c));
-    (shape_mn.amax() > 0.0).then(|| Common { name: name.to_owned(), shape_mn, relative: true })
+    (shape_mn.amax() > 0.0).then(|| Common::proportional(name.to_owned(), shape_mn))
 }

@@ -3,19 +3,28 @@
 //! Specimens that differ by a factor are brought to one height first: `s_k(t) = a_k f(t) + white`, so
 //! `f = sum a_k s_k / sum a_k^2`. All specimens then speak at every point, where a median hears the middle two.
 
+use super::common_factor::{FEWEST_SPECIMENS, common_factor};
 use crate::data::measurement::standard_deviation;
-use crate::data::noise::common_factor::{FEWEST_SPECIMENS, common_factor};
-use crate::data::{Cycle, Measurement, NoiseModel, Phase, cycles};
-use crate::objective::{Dataset, DatasetError, Weights};
+use crate::data::phase::phases;
+use crate::data::{Cycle, DataError, Measurement, Phase, Problem, cycles, protocol_of};
+use poropunch::motion::protocol::{Protocol, ProtocolError};
+use std::sync::Arc;
+use thiserror::Error;
 
-/// A test as the diagnosis sees it.
+/// A test: what was measured, how the punch moved, and what belongs together in it.
 #[derive(Debug, Clone)]
 pub struct Observation {
-    /// Motion, force and phases; residuals in mN.
-    pub dataset: Dataset,
+    /// What was measured; its force is the curve that is explained.
+    pub measurement: Measurement,
+    /// Motion of the punch.
+    pub protocol: Arc<Protocol>,
+    /// Times (s) of the points.
+    pub time_s: Arc<[f64]>,
+    /// Phase of each point.
+    pub phases: Vec<Phase>,
     /// Cycle of each point, counted from 0.
     pub cycle: Vec<usize>,
-    /// The cycles.
+    /// The cycles; none where the motion never loads the sample.
     pub cycles: Vec<Cycle>,
     /// Factor of each specimen's curve (-), geometric mean 1; empty where the file has no specimens.
     pub factors: Vec<f64>,
@@ -23,54 +32,73 @@ pub struct Observation {
     pub left_out: Option<String>,
 }
 
+/// A measurement that cannot be explained.
+#[derive(Debug, Clone, Error)]
+pub enum ObservationError {
+    /// Something about the file.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// The motion.
+    #[error(transparent)]
+    Protocol(#[from] ProtocolError),
+    /// The noise that was asked for needs what the file does not have.
+    #[error("{0}")]
+    Noise(String),
+}
+
 impl Observation {
-    /// Of a measurement.
+    /// Of a measurement on a sample of the given height (m).
     ///
     /// # Errors
-    /// When it has no loading, or its motion cannot be used.
-    pub fn new(measurement: &Measurement, sample_height_m: Option<f64>) -> Result<Self, DatasetError> {
-        let cycles = cycles(measurement)?;
+    /// When the motion starts inside the sample, pierces it, or cannot be followed.
+    pub fn new(measurement: &Measurement, sample_height_m: Option<f64>) -> Result<Self, ObservationError> {
+        check_motion(measurement, sample_height_m)?;
         let (measurement, factors) = levelled(measurement);
+        let cycles = cycles(&measurement).unwrap_or_default();
         let number = |&t: &f64| cycles.iter().filter(|c| t > c.start_s).count().max(1) - 1;
         let cycle = measurement.time_s.iter().map(number).collect();
-        let weights = Weights { noise: NoiseModel::None, ..Weights::default() };
-        let dataset = Dataset::new(measurement, &weights, sample_height_m)?;
-        Ok(Self { dataset, cycle, cycles, factors, left_out: None })
+        let phases = phases(&measurement);
+        let protocol = Arc::new(protocol_of(&measurement)?);
+        let time_s = measurement.time_s.clone().into();
+        Ok(Self { measurement, protocol, time_s, phases, cycle, cycles, factors, left_out: None })
     }
 
     /// The same up to the end of the first hold.
     ///
     /// # Errors
     /// As [`Observation::new`].
-    pub fn first_hold(&self, sample_height_m: Option<f64>) -> Result<Self, DatasetError> {
-        let m = &self.dataset.measurement;
-        let end = self
-            .dataset
-            .phases
-            .iter()
-            .zip(&self.cycle)
-            .position(|(phase, cycle)| *cycle > 0 || matches!(phase, Phase::Unload | Phase::Recovery));
-        let Some(end) = end else { return Ok(self.clone()) };
-        let mut shorter = Self::new(&until(m, end), sample_height_m)?;
+    pub fn first_hold(&self, sample_height_m: Option<f64>) -> Result<Self, ObservationError> {
+        let end = self.first_hold_end();
+        if end == self.len() {
+            return Ok(self.clone());
+        }
+        let mut shorter = Self::new(&until(&self.measurement, end), sample_height_m)?;
         shorter.factors.clone_from(&self.factors);
         let reason = "what follows the first hold: the model cannot compute lift-off";
         shorter.left_out = Some(reason.to_owned());
         Ok(shorter)
     }
 
+    /// Number of points up to the end of the first hold.
+    pub fn first_hold_end(&self) -> usize {
+        let after =
+            |(phase, cycle): (&Phase, &usize)| *cycle > 0 || matches!(phase, Phase::Unload | Phase::Recovery);
+        self.phases.iter().zip(&self.cycle).position(after).unwrap_or(self.len())
+    }
+
     /// Name of the test.
     pub fn name(&self) -> &str {
-        &self.dataset.measurement.name
+        &self.measurement.name
     }
 
     /// Measured force (mN).
     pub fn force_mn(&self) -> Vec<f64> {
-        self.dataset.measurement.force_n.iter().map(|f| f * 1e3).collect()
+        self.measurement.force_n.iter().map(|f| f * 1e3).collect()
     }
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.dataset.measurement.len()
+        self.measurement.len()
     }
 
     /// Whether there are no points.
@@ -78,15 +106,29 @@ impl Observation {
         self.len() == 0
     }
 
-    /// Time since the loading of its cycle began to touch (s), of a point.
+    /// Time since the loading of its cycle began to touch (s), of a point; since the beginning where there is no loading.
     pub fn since_touch_s(&self, point: usize) -> f64 {
-        self.dataset.measurement.time_s[point] - self.cycles[self.cycle[point]].ramp_start_s
+        let touch_s = self.cycles.get(self.cycle[point]).map_or(self.time_s[0], |c| c.ramp_start_s);
+        self.time_s[point] - touch_s
     }
 
     /// Standard deviation of the specimens' ln factors (-), where there are enough of them.
     pub fn log_scatter(&self) -> Option<f64> {
         let logarithms: Vec<f64> = self.factors.iter().map(|a| a.ln()).collect();
         (logarithms.len() >= FEWEST_SPECIMENS).then(|| standard_deviation(&logarithms))
+    }
+}
+
+fn check_motion(m: &Measurement, sample_height_m: Option<f64>) -> Result<(), DataError> {
+    let start = m.displacement_m.first().copied().unwrap_or(0.0);
+    if start > 0.0 {
+        return Err(m.error(Problem::StartsInside { start_mm: start * 1e3 }));
+    }
+    match sample_height_m {
+        Some(height) if m.depth_m() >= height => {
+            Err(m.error(Problem::TooDeep { depth_mm: m.depth_m() * 1e3, height_mm: height * 1e3 }))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -125,7 +167,7 @@ fn until(m: &Measurement, end: usize) -> Measurement {
 pub fn same_specimens(a: &Observation, b: &Observation) -> bool {
     /// Independent factors of ten specimens pass this in less than one of ten thousand pairs of tests.
     const TOGETHER: f64 = 0.9;
-    let names = |o: &Observation| o.dataset.measurement.specimen_names.clone();
+    let names = |o: &Observation| o.measurement.specimen_names.clone();
     if a.factors.len() < 2 * FEWEST_SPECIMENS || names(a) != names(b) || a.factors.len() != b.factors.len() {
         return false;
     }
@@ -135,13 +177,42 @@ pub fn same_specimens(a: &Observation, b: &Observation) -> bool {
     dot(&x, &y) > TOGETHER * (dot(&x, &x) * dot(&y, &y)).sqrt()
 }
 
-/// All tests read as observations.
+/// All tests read as observations of loadings.
 ///
 /// # Errors
-/// As [`Observation::new`].
+/// As [`Observation::new`], and when a motion never loads the sample.
 pub fn observe(
     measurements: &[Measurement],
     sample_height_m: Option<f64>,
-) -> Result<Vec<Observation>, DatasetError> {
-    measurements.iter().map(|m| Observation::new(m, sample_height_m)).collect()
+) -> Result<Vec<Observation>, ObservationError> {
+    let one = |m: &Measurement| {
+        cycles(m)?;
+        Observation::new(m, sample_height_m)
+    };
+    measurements.iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn histories_that_start_inside_or_pierce_the_sample_are_refused() {
+        let measurement = Measurement {
+            time_s: vec![0.0, 1.0, 2.0, 3.0, 4.0],
+            displacement_m: vec![-1e-3, 0.0, 1e-3, 1e-3, 1e-3],
+            force_n: vec![0.0, 0.0, 4e-3, 3e-3, 2e-3],
+            ..Measurement::default()
+        };
+        assert!(matches!(
+            Observation::new(&measurement, Some(1e-3)),
+            Err(ObservationError::Data(DataError { problem: Problem::TooDeep { .. }, .. }))
+        ));
+        let mut inside = measurement;
+        inside.displacement_m[0] = 1e-4;
+        assert!(matches!(
+            Observation::new(&inside, None),
+            Err(ObservationError::Data(DataError { problem: Problem::StartsInside { .. }, .. }))
+        ));
+    }
 }

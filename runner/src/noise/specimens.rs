@@ -1,11 +1,15 @@
-//! What the scatter of the specimens about their common curve says: white noise, and slow differences in shape.
+//! Noise of one test: white noise from neighbouring samples, and what the specimens differ by, in proportion to the force and
+//! beside it.
 
 use super::Common;
+use super::common_factor::MEDIAN_OVER_MEAN;
+use super::correlated::{FEWEST_IN_RECORD, NoiseParts, Record, noise_parts};
+use super::neighbours::{Differences, white_noise};
 use super::numerical::{hats_by_knot, sum_by_key};
-use super::observation::Observation;
-use crate::data::motion::sample_noise;
-use crate::data::noise::correlated::{FEWEST_IN_RECORD, NoiseParts, Record, noise_parts};
-use crate::data::{NoiseModel, Phase};
+use super::observation::{Observation, ObservationError};
+use super::weights::{Uncertainty, Weights};
+use crate::data::Phase;
+use crate::data::measurement::median;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
@@ -22,64 +26,152 @@ pub struct TestNoise {
     pub slow_mn: Option<(f64, f64)>,
     /// Relative scatter of the specimens' heights (-).
     pub height_scatter: Option<f64>,
+    /// Where it comes from, in words.
+    pub description: String,
 }
 
 /// A deviation below this is rounding, not noise (mN).
 const SMALLEST_MN: f64 = 1e-4;
 /// What a load cell resolves of the largest force.
 const RESOLUTION: f64 = 1e-4;
+/// Factor on the white deviation of a point that has no weight.
+const UNKNOWN: f64 = 1e6;
 /// A variance counts when it is this many of its standard errors above what white noise gives.
 const BEYOND_DOUBT: f64 = 3.0;
 
-/// Of a test, whose computed force is `force_mn`.
-pub fn test_noise(observation: &Observation, force_mn: &DVector<f64>) -> TestNoise {
-    let slow = off_contact(observation).and_then(|p| p.correlated);
-    let slow_mn = slow.map(|c| (c.amplitude.value * 1e3, c.time_s.value));
-    let mut noise = if observation.factors.is_empty() {
-        single(observation)
-    } else {
-        let residuals = residuals(observation);
-        from_specimens(observation, &residuals, force_mn)
-    };
-    if let Some((sigma_mn, time_s)) = slow_mn {
-        let curves = observation.factors.len().max(1) as f64;
-        noise.common.extend(slow_noise(observation, sigma_mn / curves.sqrt(), time_s));
+/// What tells the noise of a test.
+enum Source<'a> {
+    Nothing,
+    Specimens,
+    Spread(&'a [f64]),
+    Neighbours,
+}
+
+fn source<'a>(observation: &'a Observation, weights: &Weights) -> Result<Source<'a>, ObservationError> {
+    let m = &observation.measurement;
+    let missing = |what: &str| Err(ObservationError::Noise(format!("{}: --noise {what}", m.file.display())));
+    match (weights.uncertainty, &m.spread_n) {
+        (Uncertainty::None, _) => Ok(Source::Nothing),
+        (Uncertainty::Auto | Uncertainty::Specimens, _) if !observation.factors.is_empty() => {
+            Ok(Source::Specimens)
+        }
+        (Uncertainty::Specimens, _) => {
+            missing("specimens needs at least three specimen columns s01, s02, ...")
+        }
+        (Uncertainty::Spread | Uncertainty::Auto, Some(spread_n)) => Ok(Source::Spread(spread_n)),
+        (Uncertainty::Spread, None) => {
+            missing("spread needs a column force_std_mN, or force_q25_mN and force_q75_mN")
+        }
+        (Uncertainty::Auto, None) => Ok(Source::Neighbours),
     }
-    noise.slow_mn = slow_mn;
+}
+
+/// Checks that the files have what the uncertainty asked for needs.
+///
+/// # Errors
+/// Names the first that has not.
+pub fn check(observations: &[Observation], weights: &Weights) -> Result<(), ObservationError> {
+    observations.iter().try_for_each(|o| source(o, weights).map(|_| ()))
+}
+
+/// Of a test, whose computed force is `force_mn`.
+///
+/// # Errors
+/// When the uncertainty asked for needs what the file does not have.
+pub fn test_noise(
+    observation: &Observation,
+    force_mn: &DVector<f64>,
+    weights: &Weights,
+) -> Result<TestNoise, ObservationError> {
+    let mut noise = match source(observation, weights)? {
+        Source::Nothing => return Ok(unknown(observation, weights)),
+        Source::Specimens => from_specimens(observation, &residuals(observation), force_mn),
+        Source::Spread(spread_n) => from_spread(observation, spread_n, weights.specimens),
+        Source::Neighbours => from_neighbours(observation),
+    };
+    noise.slow_mn = off_contact(observation)
+        .and_then(|p| p.correlated)
+        .map(|c| (c.amplitude.value * 1e3, c.time_s.value));
+    if let Some((sigma_mn, time_s)) = noise.slow_mn {
+        let curves = observation.factors.len().max(1) as f64;
+        noise.common.extend(slow_noise(observation, "slow noise", sigma_mn / curves.sqrt(), time_s));
+    }
+    noise.weigh(observation, weights);
+    Ok(noise)
+}
+
+impl TestNoise {
+    fn white(white_mn: DVector<f64>, description: String) -> Self {
+        Self {
+            white_mn,
+            specimen_white_mn: None,
+            common: vec![],
+            slow_mn: None,
+            height_scatter: None,
+            description,
+        }
+    }
+
+    /// Points of a phase that counts `w` times as much have a deviation `sqrt(w)` times smaller.
+    fn weigh(&mut self, observation: &Observation, weights: &Weights) {
+        for (sigma, phase) in self.white_mn.iter_mut().zip(&observation.phases) {
+            *sigma /= weights.of(*phase).sqrt().max(1.0 / UNKNOWN);
+        }
+    }
+}
+
+/// Differences count in mN.
+fn unknown(observation: &Observation, weights: &Weights) -> TestNoise {
+    let what = "no noise model: sum of squared differences (Eq. 16)";
+    let mut noise = TestNoise::white(DVector::from_element(observation.len(), 1.0), what.to_owned());
+    noise.weigh(observation, weights);
     noise
 }
 
-/// A curve without specimens: the file's spread, or the noise between neighbouring samples.
-fn single(observation: &Observation) -> TestNoise {
-    let m = &observation.dataset.measurement;
-    let known = NoiseModel::Auto.of(m, None).ok().filter(|n| !n.sigma_n.is_empty());
-    let white_mn = match known {
-        Some(noise) => DVector::from_iterator(m.len(), noise.sigma_n.iter().map(|s| s * 1e3)),
-        None => {
-            let noise_n = |of: &dyn Fn(usize) -> bool| {
-                let points = (0..m.len()).filter(|&i| of(i)).map(|i| (m.time_s[i], m.force_n[i]));
-                sample_noise(&points.collect::<Vec<_>>())
-            };
-            // Late in the hold the curve is straight; where samples are few there, the whole curve speaks.
-            let late = noise_n(&|i| observation.dataset.phases[i] == Phase::HoldLate);
-            let noise_n = if late > 0.0 { late } else { noise_n(&|_| true) };
-            DVector::from_element(m.len(), noise_n * 1e3)
-        }
+/// The file's spread, as that of the curve where the number of specimens is known.
+fn from_spread(observation: &Observation, spread_n: &[f64], specimens: Option<usize>) -> TestNoise {
+    let own = observation.measurement.specimens_n.len();
+    let n = specimens.or((own > 1).then_some(own));
+    let factor = n.map_or(1.0, |n| MEDIAN_OVER_MEAN / (n as f64).sqrt());
+    // A few equal specimens by chance must not give a point endless weight.
+    let floor = 0.1 * median(&mut spread_n.to_vec());
+    let description = match n {
+        Some(n) => format!("spread of the file, as that of the median of {n} specimens"),
+        None => "spread of the file (of single specimens: their number is not known)".to_owned(),
     };
-    let peak_mn = m.force_n.iter().fold(0.0_f64, |peak, f| peak.max(1e3 * f.abs()));
+    let sigma = |s: &f64| 1e3 * factor * s.max(floor);
+    let white_mn = DVector::from_iterator(spread_n.len(), spread_n.iter().map(sigma));
+    TestNoise::white(at_least(observation, white_mn), description)
+}
+
+/// A curve without specimens and spread: the noise between neighbouring samples.
+fn from_neighbours(observation: &Observation) -> TestNoise {
+    let m = &observation.measurement;
+    let of = |late: bool| {
+        let mut differences = Differences::default();
+        let points = (0..m.len()).filter(|&i| !late || observation.phases[i] == Phase::HoldLate);
+        let (time_s, force_n): (Vec<f64>, Vec<f64>) = points.map(|i| (m.time_s[i], m.force_n[i])).unzip();
+        differences.add(&time_s, &force_n);
+        differences.deviation()
+    };
+    // Late in the hold the curve is straight; where samples are few there, the whole curve speaks.
+    let noise_mn = 1e3 * of(true).or_else(|| of(false)).unwrap_or(0.0);
+    let white_mn = at_least(observation, DVector::from_element(m.len(), noise_mn));
+    let description =
+        format!("{:.3} mN from differences of neighbouring samples; no specimens", white_mn.amax());
+    TestNoise::white(white_mn, description)
+}
+
+/// Not less than what a load cell resolves.
+fn at_least(observation: &Observation, white_mn: DVector<f64>) -> DVector<f64> {
+    let peak_mn = observation.measurement.force_n.iter().fold(0.0_f64, |peak, f| peak.max(1e3 * f.abs()));
     let least = SMALLEST_MN.max(RESOLUTION * peak_mn);
-    TestNoise {
-        white_mn: white_mn.map(|s| s.max(least)),
-        specimen_white_mn: None,
-        common: vec![],
-        slow_mn: None,
-        height_scatter: None,
-    }
+    white_mn.map(|s| s.max(least))
 }
 
 /// What each specimen's curve differs from its factor times the common one (mN), one column each.
 fn residuals(observation: &Observation) -> DMatrix<f64> {
-    let m = &observation.dataset.measurement;
+    let m = &observation.measurement;
     let force = &m.force_n;
     DMatrix::from_fn(force.len(), observation.factors.len(), |i, k| {
         (m.specimens_n[k][i] - observation.factors[k] * force[i]) * 1e3
@@ -88,35 +180,72 @@ fn residuals(observation: &Observation) -> DMatrix<f64> {
 
 fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn: &DVector<f64>) -> TestNoise {
     let (points, n) = residuals.shape();
-    let basis: Vec<DVector<f64>> =
-        shapes(observation).into_iter().map(|h| h.component_mul(force_mn)).collect();
+    let proportional = shapes(observation).into_iter().map(|h| h.component_mul(force_mn));
+    let basis: Vec<DVector<f64>> = proportional.chain(drifts(observation)).collect();
     // Shapes orthogonal to each other are told one by one.
     let q = DMatrix::from_columns(&basis).qr().q();
     let coefficients = q.tr_mul(residuals);
     let smooth = &q * &coefficients;
     // The common curve was formed from the specimens themselves: one of n degrees of freedom is spent at each point.
     let degrees = (points.saturating_sub(q.ncols()) * (n - 1)).max(1) as f64;
-    let white = ((residuals - &smooth).norm_squared() / degrees).sqrt().max(SMALLEST_MN);
+    let rest_square = (residuals - &smooth).norm_squared() / degrees;
+    let spent = (n as f64 / (n as f64 - 1.0)).sqrt();
+    let neighbours = white_noise(&observation.time_s, residuals.column_iter()).map(|s| s * spent);
+    let white = neighbours.unwrap_or(rest_square.sqrt()).max(SMALLEST_MN);
     let square: f64 = observation.factors.iter().map(|a| a * a).sum();
     let mut common = Vec::new();
     for (j, row) in coefficients.row_iter().enumerate() {
         let variance = row.norm_squared() / (n as f64 - 1.0);
-        let beyond = variance - white * white;
-        if beyond > BEYOND_DOUBT * white * white * (2.0 / (n as f64 - 1.0)).sqrt() {
+        if is_beyond(variance, white, n as f64 - 1.0) {
             common.push(Common {
                 name: format!("shapes of the specimens of {}, part {}", observation.name(), j + 1),
-                shape_mn: q.column(j) * (beyond / n as f64).sqrt(),
+                shape_mn: q.column(j) * ((variance - white * white) / n as f64).sqrt(),
                 relative: false,
+                degrees: n as f64 - 1.0,
             });
         }
     }
+    if is_beyond(rest_square, white, degrees) {
+        // Neither white nor a slow shape: remembered from sample to sample.
+        let sigma_mn = ((rest_square - white * white) / square).sqrt();
+        common.extend(slow_noise(observation, "unsteadiness", sigma_mn, 0.0));
+    }
+    let description = format!(
+        "mean of {n} specimens: white noise {white:.3} mN per specimen, from neighbouring samples; their heights scatter by \
+         {:.1} %",
+        100.0 * observation.log_scatter().unwrap_or(0.0)
+    );
     TestNoise {
         white_mn: DVector::from_element(points, white / square.sqrt()),
         specimen_white_mn: Some(white),
         common,
         slow_mn: None,
         height_scatter: observation.log_scatter(),
+        description,
     }
+}
+
+/// Whether a variance of so many degrees of freedom is larger than white noise alone makes it.
+fn is_beyond(variance: f64, white: f64, degrees: f64) -> bool {
+    variance - white * white > BEYOND_DOUBT * white * white * (2.0 / degrees).sqrt()
+}
+
+/// Additive drifts of a specimen's reading: piecewise straight, with a kink where a cycle begins.
+fn drifts(observation: &Observation) -> Vec<DVector<f64>> {
+    let t = &observation.time_s;
+    let mut knots: Vec<f64> = observation.cycles.iter().map(|c| c.start_s).collect();
+    knots.extend([t[0], t[t.len() - 1]]);
+    knots.sort_by(f64::total_cmp);
+    knots.dedup_by(|b, a| *b <= *a);
+    let hat = |k: usize| {
+        let rise = |t: f64| match k.checked_sub(1).map(|before| knots[before]) {
+            Some(before) if t <= knots[k] => (t - before) / (knots[k] - before),
+            _ if t <= knots[k] => 1.0,
+            _ => knots.get(k + 1).map_or(0.0, |after| (after - t) / (after - knots[k])),
+        };
+        DVector::from_iterator(t.len(), t.iter().map(|&t| rise(t).clamp(0.0, 1.0)))
+    };
+    (0..knots.len()).map(hat).collect()
 }
 
 /// Slow shapes along a cycle: what all cycles share first, since a specimen that relaxes otherwise does so in every cycle, then
@@ -130,7 +259,7 @@ fn shapes(observation: &Observation) -> Vec<DVector<f64>> {
 
 /// Noise while the punch is in the air after a withdrawal, of every specimen.
 fn off_contact(observation: &Observation) -> Option<NoiseParts> {
-    let m = &observation.dataset.measurement;
+    let m = &observation.measurement;
     let stretch =
         |cycle: &crate::data::Cycle| cycle.withdrawn_s.map(|from| cycle.points(&m.time_s, from, cycle.end_s));
     let stretches: Vec<_> = observation.cycles.iter().filter_map(stretch).collect();
@@ -149,18 +278,18 @@ fn off_contact(observation: &Observation) -> Option<NoiseParts> {
 }
 
 /// A noise remembered for `time_s` as hat functions of that width; at most [`MOST_KNOTS`] of them.
-fn slow_noise(observation: &Observation, sigma_mn: f64, time_s: f64) -> Vec<Common> {
+fn slow_noise(observation: &Observation, what: &str, sigma_mn: f64, time_s: f64) -> Vec<Common> {
     const MOST_KNOTS: f64 = 60.0;
-    let t = &observation.dataset.measurement.time_s;
+    let t = &observation.time_s;
     let (first, last) = (t[0], t[t.len() - 1]);
     let width = time_s.max((last - first) / MOST_KNOTS);
-    // A shorter memory than the knots' distance averages out between them.
-    let sigma_mn = sigma_mn * (time_s / width).sqrt();
+    // A shorter memory than the knots' distance averages out between them; where none is known, it is that distance.
+    let sigma_mn = sigma_mn * if time_s > 0.0 { (time_s / width).sqrt() } else { 1.0 };
     let knots = ((last - first) / width).ceil() as i32;
     let hat = |k: i32| {
         let share = |t: f64| (1.0 - ((t - first) / width - f64::from(k)).abs()).max(0.0);
         let shape_mn = DVector::from_iterator(t.len(), t.iter().map(|&t| sigma_mn * share(t)));
-        Common { name: format!("slow noise of {}, part {k}", observation.name()), shape_mn, relative: false }
+        Common::additive(format!("{what} of {}, part {k}", observation.name()), shape_mn)
     };
     (0..=knots).map(hat).filter(|c| c.shape_mn.amax() > 0.0).collect()
 }

@@ -56,7 +56,7 @@ fn tests(seed: u64, same: bool, shape_n: f64) -> Vec<Observation> {
 /// With the true force as the computed one.
 fn of(observations: &[Observation]) -> NoiseModel {
     let force: Vec<f64> = truth().iter().map(|p| p.2 * 1e3).collect();
-    noise_model(observations, &[force.clone(), force].concat(), vec![])
+    noise_model(observations, &[force.clone(), force].concat(), vec![], &Weights::default()).unwrap()
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn the_curve_is_as_near_the_truth_as_its_covariance_says() {
 }
 
 #[test]
-fn only_heights_against_each_other_are_errors() {
+fn only_heights_against_each_other_are_errors_of_the_comparison() {
     for seed in 0..5 {
         let heights = |noise: &NoiseModel| -> Vec<Common> {
             let all = noise.covariance.common().iter();
@@ -121,12 +121,48 @@ fn only_heights_against_each_other_are_errors() {
         assert!(same.same_specimens && largest(&heights(&same)) < 0.02, "{}", largest(&heights(&same)));
         let other = of(&tests(seed, false, 0.0));
         let found = heights(&other);
-        assert!(!other.same_specimens && found.len() == 2);
+        assert!(!other.same_specimens && found.len() == 2 && found.iter().all(|c| c.degrees == 9.0));
         // Ten specimens of 12 % scatter: 3.8 % of 9 mN, half of it above and half below in two tests.
         assert!((0.08..0.32).contains(&largest(&found)), "{}", largest(&found));
         let together: f64 = (0..220).map(|i| found[0].shape_mn[i] + found[0].shape_mn[220 + i]).sum();
         assert!(together.abs() < 1e-9);
+        // What they share is an error of the values: of other specimens it averages out over the tests.
+        let shared = |noise: &NoiseModel| {
+            (noise.covariance.absorbed()[0].shape_mn.amax(), noise.covariance.absorbed()[0].degrees)
+        };
+        assert!((0.15..0.65).contains(&shared(&same).0) && shared(&same).1 == 9.0);
+        assert!((0.11..0.46).contains(&shared(&other).0) && shared(&other).1 == 18.0);
     }
+}
+
+/// A model a hundred times too high misses by far more than one that is nearly right: relative errors grow with it, but not
+/// so that they excuse it.
+#[test]
+fn a_model_of_a_hundred_times_the_height_is_no_way_out() {
+    let observations = tests(2, false, 0.0);
+    let noise = of(&observations);
+    let measured = nalgebra::DVector::from_iterator(440, observations.iter().flat_map(Observation::force_mn));
+    let cost = |c: f64| noise.covariance.at(&(&measured * c)).apply(&(&measured * (1.0 - c))).norm_squared();
+    assert!(cost(100.0) > 10.0 * cost(1.2) && cost(1.2) > cost(1.1), "{} {}", cost(100.0), cost(1.2));
+}
+
+/// A reading that drifts in one of ten specimens is no white noise: what the others tell at each point stays as good.
+#[test]
+fn a_drift_of_one_specimen_is_no_white_noise() {
+    let mut random = Random::new(11);
+    let mut m = measurement("P1", &factors(&mut random), 0.0, &mut random);
+    for (force, t) in m.specimens_n[3].iter_mut().zip(m.time_s.clone()) {
+        *force += 0.5e-3 * t / 90.0;
+    }
+    let force: Vec<f64> = truth().iter().map(|p| p.2 * 1e3).collect();
+    let observations = observe(&[m], None).unwrap();
+    let noise = noise_model(&observations, &force, vec![], &Weights::default()).unwrap();
+    let white = noise.tests[0].specimen_white_mn.unwrap();
+    // Counted as white, the drift would make it 0.12.
+    assert!((white - 0.07).abs() < 0.005, "{white}");
+    // The mean drifts by 0.05 mN at the end; what its height does not take up of it is in the shapes.
+    let total = noise.covariance.total_mn()[219];
+    assert!(total > 0.035, "{total}");
 }
 
 #[test]
@@ -165,7 +201,9 @@ fn an_error_of_the_simulation_does_not_average_out_over_the_cycles() {
     let observation = three_cycles();
     assert_eq!(observation.cycles.len(), 3);
     let force: Vec<f64> = observation.force_mn().into_iter().map(|f| f.max(0.0)).collect();
-    let covariance = noise_model(std::slice::from_ref(&observation), &force, vec![]).covariance;
+    let covariance = noise_model(std::slice::from_ref(&observation), &force, vec![], &Weights::default())
+        .unwrap()
+        .covariance;
     // Half a per cent of the force in the middle of every hold, or with another sign in the second cycle.
     let error = |sign: f64| {
         DVector::from_fn(force.len(), |i, _| {
@@ -198,5 +236,5 @@ fn an_effect_may_have_another_form_where_it_acts_and_only_there() {
     };
     let form = part(&(nature - &catalogue));
     let elsewhere = part(&at(&|t| if t > 60.0 { 0.5 } else { 0.0 }));
-    assert!(form < 0.2 && (elsewhere - 1.0).abs() < 1e-3, "{form} {elsewhere}");
+    assert!(form < 0.25 && (elsewhere - 1.0).abs() < 1e-3, "{form} {elsewhere}");
 }

@@ -4,10 +4,11 @@ use super::first_hold::gains;
 use super::fit_report::*;
 use super::verdict;
 use crate::assumption::Assumption;
-use crate::fit::derived::{self, DerivedQuantity, Values};
-use crate::fit::{
-    FitError, FitParameter, Identifiability, Noise, ParameterEstimate, Solution, StartRecord, Statistics,
-};
+use crate::fit::{FitError, Solution, StartRecord};
+use crate::inference::derived::{self, DerivedQuantity, Values};
+use crate::inference::statistics::Determination;
+use crate::inference::{Fit, Identifiability, ParameterEstimate, Statistics, Unknowns};
+use crate::noise::Covariance;
 use nalgebra::DMatrix;
 
 /// A measurement and the model's curve at the solution, at the same times.
@@ -31,6 +32,8 @@ pub struct MeasuredCurve {
     pub spread_mn: Option<Vec<f64>>,
     /// Standard deviation of each point (mN); empty if unknown.
     pub sigma_mn: Vec<f64>,
+    /// Squared difference in units of its covariance; in mN^2 if that is unknown.
+    pub chi_square: f64,
     /// Model's force (mN).
     pub model_mn: Vec<f64>,
     /// Its solid part (mN).
@@ -49,17 +52,23 @@ pub struct Assembly<'a> {
     pub command: String,
     /// Name and identification of the model.
     pub model: String,
-    /// Free parameters.
-    pub parameters: &'a [FitParameter],
+    /// What was fitted.
+    pub unknowns: &'a Unknowns,
     /// Fixed and tied parameters.
     pub fixed: Vec<FixedRow>,
-    /// The best solution.
-    pub solution: &'a Solution,
-    /// What is known about the noise.
-    pub noise: &'a Noise,
+    /// The best fit.
+    pub fit: &'a Fit,
+    /// What its values are worth.
+    pub statistics: Statistics,
+    /// Profiles of the likelihood.
+    pub profiles: Vec<ProfileRow>,
+    /// Points that count less in a robust fit.
+    pub far_points: Option<usize>,
+    /// Numbers of points in a row, one per measurement that was fitted.
+    pub stretches: &'a [usize],
     /// Quantities to compute from the parameters.
     pub derived: &'a [DerivedQuantity],
-    /// Adds fixed and tied parameters (SI) to the free ones.
+    /// Adds parameters (SI) that nobody set.
     pub complete: &'a dyn Fn(&mut Values),
     /// Rows of the solution that belong to the first loading and hold of a test.
     pub first_holds: Vec<usize>,
@@ -84,12 +93,12 @@ impl Assembly<'_> {
         for curve in &self.curves {
             curve.check()?;
         }
-        let statistics = Statistics::new(self.parameters, self.solution, self.noise)?;
-        let derived =
-            derived::estimate(self.derived, self.parameters, &self.solution.x, &statistics, self.complete);
-        let gains =
-            gains(self.parameters, self.derived, self.solution, self.noise, &self.first_holds, self.complete);
-        let analysis = Identifiability::new(self.parameters, self.solution, &statistics, &derived);
+        let (fit, unknowns) = (self.fit, self.unknowns);
+        let solution = &fit.solution;
+        let statistics = self.statistics;
+        let derived = derived::estimate(self.derived, unknowns, &solution.x, &statistics, self.complete);
+        let gains = gains(unknowns, self.derived, fit, self.stretches, &self.first_holds, self.complete);
+        let analysis = Identifiability::new(&statistics, &derived);
         let measurements: Vec<_> = self.curves.into_iter().map(MeasuredCurve::evaluate).collect();
         let mut report = FitReport {
             schema: SCHEMA.to_owned(),
@@ -116,19 +125,19 @@ impl Assembly<'_> {
                 })
                 .collect(),
             gains,
+            profiles: self.profiles,
             correlation: Correlation {
-                symbols: self.parameters.iter().map(|p| p.symbol.clone()).collect(),
+                symbols: unknowns.free().iter().map(|p| p.symbol.clone()).collect(),
                 matrix: rows(&statistics.correlation),
             },
             findings: analysis.findings.clone(),
             singular_values: analysis.singular_values.clone(),
             ratios: ratios(&measurements),
             measurements,
-            fit: summary(self.solution, &statistics, self.noise),
+            fit: summary(solution, &statistics, &fit.covariance),
             runs: self.runs,
             starts: self.starts,
-            iterations: self
-                .solution
+            iterations: solution
                 .iterations
                 .iter()
                 .map(|r| IterationRow {
@@ -136,18 +145,46 @@ impl Assembly<'_> {
                     chi_square: r.chi_square,
                     step_norm: r.step_norm,
                     optimality: r.optimality,
-                    values: self
-                        .parameters
-                        .iter()
-                        .zip(&r.x)
-                        .map(|(p, &x)| p.unit.from_si(p.to_value(x)))
-                        .collect(),
+                    values: values_at(unknowns, &r.x),
                 })
                 .collect(),
             settings: self.settings,
         };
+        report.take_profiles();
         report.verdict = verdict::verdict(&report, analysis.determined);
+        if let Some(far) = self.far_points {
+            let text = format!(
+                "Robust fit: {far} of {} points lie far from the rest and count less.",
+                report.fit.points
+            );
+            report.verdict.warnings.push(text);
+        }
         Ok(report)
+    }
+}
+
+impl FitReport {
+    /// Puts the intervals of the profiles into the tables.
+    fn take_profiles(&mut self) {
+        for profile in &self.profiles {
+            let half_width = match profile.open {
+                [false, false] => 0.5 * (profile.upper / profile.lower).ln().abs(),
+                _ => f64::NAN,
+            };
+            if let Some(row) = self.parameters.iter_mut().find(|p| p.name == profile.name) {
+                (row.lower, row.upper, row.open) = (profile.lower, profile.upper, profile.open);
+                row.profiled = true;
+                if half_width.is_finite() {
+                    (row.half_width, row.determination) = (half_width, Determination::of(half_width));
+                }
+            }
+            if let Some(row) = self.derived.iter_mut().find(|d| d.name == profile.name)
+                && half_width.is_finite()
+            {
+                (row.lower, row.upper) = (profile.lower, profile.upper);
+                (row.half_width, row.determination) = (half_width, Determination::of(half_width));
+            }
+        }
     }
 }
 
@@ -179,11 +216,6 @@ impl MeasuredCurve {
         let n = self.time_s.len() as f64;
         let difference = || self.model_mn.iter().zip(&self.measured_mn).map(|(a, b)| a - b);
         let square = difference().map(|d| d * d).sum::<f64>();
-        let chi_square = if self.sigma_mn.is_empty() {
-            square
-        } else {
-            difference().zip(&self.sigma_mn).map(|(d, s)| (d / s).powi(2)).sum()
-        };
         let peak = |f: &[f64]| f.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let end = |f: &[f64]| f.last().copied().unwrap_or(f64::NAN);
         // No peak, no relaxation; a NaN could not be read back from JSON.
@@ -193,8 +225,8 @@ impl MeasuredCurve {
         let synthetic =
             self.provenance.as_ref().is_some_and(|p| p.to_ascii_lowercase().contains("synthetic"));
         MeasurementResult {
-            chi_square,
-            chi_square_per_point: chi_square / n,
+            chi_square: self.chi_square,
+            chi_square_per_point: self.chi_square / n,
             rms_mn: (square / n).sqrt(),
             peak_mn: pair(&peak),
             end_mn: pair(&end),
@@ -216,6 +248,12 @@ impl MeasuredCurve {
     }
 }
 
+/// Values of the fitted parameters at a point of the optimiser, in the units of people.
+fn values_at(unknowns: &Unknowns, x: &[f64]) -> Vec<f64> {
+    let values = unknowns.settings(x);
+    unknowns.free().iter().map(|p| p.unit.from_si(values[&p.name])).collect()
+}
+
 fn row(e: &ParameterEstimate) -> ParameterRow {
     let p = &e.parameter;
     let shown = |v: f64| p.unit.from_si(v);
@@ -234,6 +272,7 @@ fn row(e: &ParameterEstimate) -> ParameterRow {
         lower_bound: shown(p.lower),
         upper_bound: shown(p.upper),
         common_share: e.common_share,
+        profiled: false,
     }
 }
 
@@ -266,7 +305,7 @@ fn ratios(measurements: &[MeasurementResult]) -> Vec<Ratio> {
     ratios
 }
 
-fn summary(solution: &Solution, statistics: &Statistics, noise: &Noise) -> FitSummary {
+fn summary(solution: &Solution, statistics: &Statistics, covariance: &Covariance) -> FitSummary {
     FitSummary {
         stop: solution.stop,
         stop_text: solution.stop.to_string(),
@@ -277,8 +316,20 @@ fn summary(solution: &Solution, statistics: &Statistics, noise: &Noise) -> FitSu
         points: statistics.points,
         degrees_of_freedom: statistics.degrees_of_freedom,
         reduced_chi_square: statistics.reduced_chi_square,
-        noise_known: noise.known,
+        noise_known: statistics.noise_known,
         correlation_time: statistics.correlation_time,
-        common_errors: noise.common.iter().map(|c| c.name.clone()).collect(),
+        common_errors: kinds(covariance),
     }
+}
+
+/// Kinds of errors that many points share: names without what distinguishes one of a kind from the next.
+fn kinds(covariance: &Covariance) -> Vec<String> {
+    let mut kinds: Vec<String> = Vec::new();
+    for common in covariance.common().iter().chain(covariance.absorbed()) {
+        let kind = common.name.split(", ").next().unwrap_or(&common.name);
+        if !kinds.iter().any(|k| k == kind) {
+            kinds.push(kind.to_owned());
+        }
+    }
+    kinds
 }

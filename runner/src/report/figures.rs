@@ -128,6 +128,32 @@ pub(super) fn residuals(report: &FitReport) -> Vec<String> {
     report.measurements.iter().enumerate().map(draw).collect()
 }
 
+/// Rise of chi^2 against each profiled value, and the rise at which the interval ends.
+pub(super) fn profiles(report: &FitReport) -> Vec<String> {
+    let draw = |p: &ProfileRow| {
+        let (x, y): (Vec<f64>, Vec<f64>) = p.points.iter().map(|[value, rise]| (*value, *rise)).unzip();
+        let unit = if p.unit.is_empty() { String::new() } else { format!(" ({})", p.unit) };
+        // Negative parameters by their size: a logarithm has no sign.
+        let sign = if p.value < 0.0 { "-" } else { "" };
+        let axis = Axis::log(&format!("{sign}{}{unit}", p.symbol));
+        let sizes: Vec<f64> = x.iter().map(|v| v.abs()).collect();
+        let chart =
+            Chart::new(&p.symbol, axis, Axis::linear("rise of chi^2"), HALF).with_reference(p.threshold);
+        let of_one_sign = x.iter().all(|v| *v != 0.0 && v.signum() == x[0].signum());
+        let chart = if of_one_sign {
+            chart
+        } else {
+            Chart { x: Axis::linear(&format!("{}{unit}", p.symbol)), ..chart }
+        };
+        let x = if of_one_sign { sizes } else { x };
+        chart
+            .with(None, palette::BLUE, Mark::Line, &x, &y)
+            .with(None, palette::BLUE, Mark::Points, &x, &y)
+            .to_svg()
+    };
+    report.profiles.iter().map(draw).collect()
+}
+
 /// chi^2 of all starts in ascending order, before and after refinement; none for a single start.
 pub(super) fn waterfall(report: &FitReport) -> Option<String> {
     let mut ended: Vec<(f64, f64)> =

@@ -2,8 +2,9 @@
 //! mm, s, mN, Pa, mm^2).
 
 use crate::assumption::Assumption;
-use crate::fit::statistics::{BoundSide, Determination};
-use crate::fit::{Finding, StartRecord, StopReason};
+use crate::fit::{StartRecord, StopReason};
+use crate::inference::Finding;
+use crate::inference::statistics::{BoundSide, Determination};
 use serde::{Deserialize, Serialize};
 
 /// Name and version of the schema. The number grows when a field changes its meaning or goes; new fields
@@ -38,6 +39,9 @@ pub struct FitReport {
     /// where nothing else was fitted.
     #[serde(default)]
     pub gains: Vec<GainRow>,
+    /// Profiles of the likelihood; their intervals stand in the tables.
+    #[serde(default)]
+    pub profiles: Vec<ProfileRow>,
     /// Correlation of each pair of free parameters.
     pub correlation: Correlation,
     /// What the data do not determine.
@@ -84,6 +88,31 @@ pub struct GainRow {
     pub all: f64,
 }
 
+/// How chi^2 rises when a value is given and everything else is fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ProfileRow {
+    /// Full name.
+    pub name: String,
+    /// Symbol, plain text.
+    pub symbol: String,
+    /// Unit of all values in this row.
+    pub unit: String,
+    /// Fitted value.
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub lower: f64,
+    /// Upper end of the 95 % interval.
+    pub upper: f64,
+    /// The interval is open below or above: chi^2 does not rise enough before the bound.
+    pub open: [bool; 2],
+    /// Rise at the ends of the interval.
+    pub threshold: f64,
+    /// Value and rise of chi^2.
+    pub points: Vec<[f64; 2]>,
+    /// Whether the user asked for it; otherwise the linearised interval was open or curved.
+    pub asked: bool,
+}
+
 /// A free parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterRow {
@@ -115,6 +144,9 @@ pub struct ParameterRow {
     pub upper_bound: f64,
     /// Share of the variance that comes from errors common to all points.
     pub common_share: f64,
+    /// The interval is that of a profile of the likelihood.
+    #[serde(default)]
+    pub profiled: bool,
 }
 
 /// A parameter that was not fitted.

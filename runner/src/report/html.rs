@@ -4,8 +4,8 @@ use super::figures;
 use super::fit_report::*;
 use super::plot::{exponent, heat_map, interval_bar, pretty};
 use crate::assumption::Assumption;
-use crate::fit::statistics::{BoundSide, Determination};
-use crate::fit::wording::{significant, spread};
+use crate::inference::statistics::{BoundSide, Determination};
+use crate::inference::wording::{significant, spread};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The page.
@@ -15,6 +15,7 @@ pub fn page(report: &FitReport) -> String {
         (verdict(&report.verdict))
         (parameters(report))
         (derived(report))
+        (profiles(report))
         (gains(report))
         (curves(report))
         (characteristic_numbers(report))
@@ -186,6 +187,19 @@ fn derived(report: &FitReport) -> Markup {
                 } } }
             }
             p.caption { "Intervals by the delta method from the full covariance of the parameters." }
+        }
+    }
+}
+
+fn profiles(report: &FitReport) -> Markup {
+    html! {
+        @if !report.profiles.is_empty() {
+            h2 { "Profiles of the likelihood" }
+            @for figure in figures::profiles(report) { (PreEscaped(figure)) }
+            p.caption {
+                "Rise of chi^2 when a value is given and everything else is fitted; the interval ends where it passes the line. Made \
+                 where asked for, and where the linearised interval is open or curved."
+            }
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The report on a console.
 
 use super::fit_report::*;
-use crate::fit::statistics::{BoundSide, Determination};
-use crate::fit::wording::{significant, spread};
+use crate::inference::statistics::{BoundSide, Determination};
+use crate::inference::wording::{significant, spread};
 use std::fmt::Write;
 
 /// The report as plain text of at most 100 columns or so.
@@ -53,6 +53,12 @@ pub fn table(report: &FitReport) -> String {
     for ratio in &report.ratios {
         let _ = writeln!(out, "{}: {}", ratio.name, pair(ratio.value, 4));
     }
+    for p in &report.profiles {
+        let end = |v: f64, open: bool| if open { "open".to_owned() } else { significant(v, 3) };
+        let range = format!("{} .. {}", end(p.lower, p.open[0]), end(p.upper, p.open[1]));
+        let why = if p.asked { "asked for" } else { "the linearised interval is open or curved" };
+        let _ = writeln!(out, "profile of {}: {range} {} ({why})", p.symbol, p.unit);
+    }
     if !report.gains.is_empty() {
         let rows: Vec<Vec<String>> = report
             .gains
@@ -97,10 +103,11 @@ fn interval(p: &ParameterRow) -> String {
 }
 
 fn note(p: &ParameterRow) -> String {
+    let profile = if p.profiled { " (profile)" } else { "" };
     match p.at_bound {
-        Some(BoundSide::Lower) => format!("at lower bound; {}", known(p.half_width)),
-        Some(BoundSide::Upper) => format!("at upper bound; {}", known(p.half_width)),
-        None => known(p.half_width),
+        Some(BoundSide::Lower) => format!("at lower bound; {}{profile}", known(p.half_width)),
+        Some(BoundSide::Upper) => format!("at upper bound; {}{profile}", known(p.half_width)),
+        None => format!("{}{profile}", known(p.half_width)),
     }
 }
 

@@ -1,10 +1,12 @@
 //! A report of a small exact problem: force `g exp(-t / tau)`, offset by a known noise pattern.
 
 use super::*;
-use crate::fit::derived::{DerivedQuantity, Values};
-use crate::fit::parameter::Unit;
-use crate::fit::{FitParameter, Noise, Solution, StopReason};
-use nalgebra::DMatrix;
+use crate::fit::StopReason;
+use crate::inference::cases::{fit_of, positive};
+use crate::inference::derived::{DerivedQuantity, Values};
+use crate::inference::parameter::Unit;
+use crate::inference::{FitParameter, Statistics, Unknowns};
+use nalgebra::{DMatrix, DVector};
 
 const SIGMA: f64 = 0.05;
 
@@ -22,6 +24,7 @@ fn curve(name: &str, role: Role, amplitude: f64) -> MeasuredCurve {
         measured_mn: model_mn.iter().enumerate().map(|(i, f)| f + noise(i)).collect(),
         spread_mn: Some(vec![0.2; 120]),
         sigma_mn: vec![SIGMA; 120],
+        chi_square: 120.0,
         model_solid_mn: Some(model_mn.iter().map(|f| 0.7 * f).collect()),
         model_fluid_mn: Some(model_mn.iter().map(|f| 0.3 * f).collect()),
         model_mn,
@@ -36,21 +39,10 @@ fn report() -> FitReport {
         FitParameter::new("material.alpha", "alpha_1", Unit::new("", 1.0), -5.0, [-30.0, -1.0]).unwrap(),
     ];
     let fitted = curve("P2", Role::Fit, 12.0);
-    let residual: Vec<f64> =
-        fitted.model_mn.iter().zip(&fitted.measured_mn).map(|(a, b)| (a - b) / SIGMA).collect();
-    let jacobian = DMatrix::from_fn(120, 2, |i, _| fitted.model_mn[i] / SIGMA);
-    let chi_square = residual.iter().map(|r| r * r).sum();
-    let solution = Solution {
-        x: vec![100f64.ln(), 5f64.ln()],
-        residual,
-        jacobian,
-        chi_square,
-        stop: StopReason::ChiSquareChange,
-        iterations: vec![],
-        evaluations: 7,
-        jacobians: 4,
-        failures: vec![],
-    };
+    let unknowns = Unknowns::of(parameters.to_vec());
+    let gap = DVector::from_fn(120, |i, _| fitted.measured_mn[i] - fitted.model_mn[i]);
+    let mut fit = fit_of(&unknowns, DMatrix::from_fn(120, 2, |i, _| fitted.model_mn[i]), gap, SIGMA);
+    fit.solution.stop = StopReason::ChiSquareChange;
     let derived = [DerivedQuantity {
         name: "shear_modulus[1]".to_owned(),
         symbol: "G_1".to_owned(),
@@ -63,10 +55,13 @@ fn report() -> FitReport {
         created: "2026-01-01T00:00:00Z".to_owned(),
         command: "runner identify data/P2.csv".to_owned(),
         model: "test".to_owned(),
-        parameters: &parameters,
+        unknowns: &unknowns,
         fixed: vec![],
-        solution: &solution,
-        noise: &Noise { known: true, ..Noise::default() },
+        fit: &fit,
+        statistics: Statistics::new(&unknowns, &fit, &[120]).unwrap(),
+        stretches: &[120],
+        profiles: vec![],
+        far_points: None,
         derived: &derived,
         complete: &|_| {},
         first_holds: vec![],
@@ -142,16 +137,20 @@ fn tables_hold_every_number_once() {
 fn curves_of_different_length_are_refused() {
     let mut broken = curve("P2", Role::Fit, 1.0);
     broken.model_mn.pop();
-    let solution = Solution::at_once(vec![], vec![1.0], DMatrix::zeros(1, 0));
+    let unknowns = positive(&[("g", 1.0, [0.1, 10.0])]);
+    let fit = fit_of(&unknowns, DMatrix::zeros(3, 1), DVector::zeros(3), 1.0);
     let assembly = Assembly {
         title: String::new(),
         created: String::new(),
         command: String::new(),
         model: String::new(),
-        parameters: &[],
+        unknowns: &unknowns,
         fixed: vec![],
-        solution: &solution,
-        noise: &Noise::default(),
+        fit: &fit,
+        statistics: Statistics::new(&unknowns, &fit, &[]).unwrap(),
+        stretches: &[],
+        profiles: vec![],
+        far_points: None,
         derived: &[],
         complete: &|_| {},
         first_holds: vec![],

@@ -1,8 +1,8 @@
 //! The result in words: the first thing that a reader sees.
 
 use super::fit_report::*;
-use crate::fit::statistics::Determination;
-use crate::fit::wording::{list, significant};
+use crate::inference::statistics::Determination;
+use crate::inference::wording::{list, significant};
 
 /// The verdict of a report whose other fields are complete.
 pub(super) fn verdict(report: &FitReport, determined: Vec<String>) -> Verdict {
@@ -60,13 +60,13 @@ fn agreement(report: &FitReport) -> String {
         return format!("The fit leaves {} mN rms.", significant(fitted_rms(report), 2));
     }
     let reduced = significant(fit.reduced_chi_square, 3);
-    // Two standard deviations of a reduced chi^2.
-    let tolerance = 2.0 * (2.0 / fit.degrees_of_freedom as f64).sqrt();
+    // Three standard deviations of a reduced chi^2: noise alone passes them in one of a thousand fits.
+    let tolerance = 3.0 * (2.0 / fit.degrees_of_freedom as f64).sqrt();
     if fit.reduced_chi_square > 1.0 + tolerance {
         format!(
             "The model misses the data by more than their noise: chi^2 per degree of freedom is {reduced}."
         )
-    } else if fit.reduced_chi_square < TOO_GOOD && fit.reduced_chi_square < 1.0 - 2.0 * tolerance {
+    } else if fit.reduced_chi_square < TOO_GOOD && fit.reduced_chi_square < 1.0 - tolerance {
         format!(
             "chi^2 per degree of freedom is {reduced}, far below one: the data scatter far less than the noise that \
              they are given (a spread of specimens, smoothed or computed curves?), so the intervals are too wide."
@@ -112,8 +112,8 @@ fn warnings(report: &FitReport) -> Vec<String> {
     }
     if fit.noise_known && fit.shared_chi_square > NOTABLE * fit.chi_square {
         warnings.push(format!(
-            "Of chi^2, {} of {} is errors that many points share, such as the heights of the specimens of one test against \
-             another's; it is the rest that is compared with the noise.",
+            "Of chi^2, {} of {} is the size of errors that many points share: they are larger than the specimens and the \
+             simulation make likely.",
             significant(fit.shared_chi_square, 3),
             significant(fit.chi_square, 3)
         ));

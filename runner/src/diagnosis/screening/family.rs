@@ -3,8 +3,8 @@
 //! Scores are not independent: signatures overlap. So the noise is drawn, as it is after the refit, and the largest
 //! score of each draw is kept.
 
-use super::projection::Signature;
 use crate::data::random::Random;
+use crate::inference::Signature;
 use nalgebra::{DMatrix, DVector};
 
 /// Distribution of the largest score under noise alone.

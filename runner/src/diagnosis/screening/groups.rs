@@ -1,6 +1,6 @@
 //! Effects that these data cannot tell apart.
 
-use super::projection::Signature;
+use crate::inference::Signature;
 
 /// Groups of confusable signatures (indices), each joined to at least one other of its group; singles are groups of
 /// one.

@@ -7,17 +7,16 @@
 
 mod family;
 mod groups;
-mod projection;
 #[cfg(test)]
 mod tests;
 
 pub use family::{DRAWS, Family};
 pub use groups::groups;
-pub use projection::{Linearised, Signature, normal_cdf};
 
-use super::effect::{Candidate, Sign};
-use super::problem::{Setup, is_continuous};
 use crate::fit::{EvaluationFailure, Whitening};
+use crate::inference::effect::is_continuous;
+use crate::inference::effect::{Candidate, Sign};
+use crate::inference::{Linearised, Setup, Signature};
 use crate::pool::{Priority, Run};
 use nalgebra::DVector;
 

@@ -11,6 +11,10 @@ impl Whitening for White {
     fn apply(&self, values: &DVector<f64>) -> DVector<f64> {
         values / self.0
     }
+
+    fn white_part(&self, values: &DVector<f64>) -> DVector<f64> {
+        values.clone()
+    }
 }
 
 /// Two parameters with unit columns along the first axes, prior of deviation `prior`.

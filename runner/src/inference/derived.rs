@@ -1,9 +1,10 @@
 //! Quantities computed from the parameters, with intervals by the delta method: often the data determine these
 //! and not the parameters they are made of.
 
-use super::parameter::{FitParameter, Unit, values_at};
+use super::parameter::Unit;
 use super::statistics::{Determination, Interval, Statistics};
-use nalgebra::DVector;
+use super::unknowns::Unknowns;
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -65,25 +66,26 @@ pub struct DerivedEstimate {
     pub half_width: f64,
     /// How well it is known.
     pub determination: Determination,
-    /// Names of the free parameters that it depends on.
+    /// Names of the terms that it depends on.
     pub depends_on: Vec<String>,
 }
 
-/// Values and intervals of derived quantities at `x`. `complete` adds fixed and tied parameters to the free
-/// ones. Quantities that are undefined, zero or independent of every free parameter are left out.
+/// Values and intervals of derived quantities at `x`. `complete` adds what nobody set. Quantities that are undefined, zero or
+/// independent of every variable are left out.
 pub fn estimate(
     quantities: &[DerivedQuantity],
-    parameters: &[FitParameter],
+    unknowns: &Unknowns,
     x: &[f64],
     statistics: &Statistics,
     complete: &dyn Fn(&mut Values),
 ) -> Vec<DerivedEstimate> {
     let values = |x: &[f64]| {
-        let names = parameters.iter().map(|p| p.name.as_str());
-        let mut values: Values = names.zip(values_at(parameters, x)).collect();
+        let mut values: Values = unknowns.settings(x).into_iter().collect();
         complete(&mut values);
         values
     };
+    let (terms, rows) = unknowns.terms();
+    let back = rows.try_inverse().unwrap_or_else(|| DMatrix::identity(x.len(), x.len()));
     let one = |quantity: &DerivedQuantity| {
         let value = (quantity.evaluate)(&values(x)).filter(|v| v.is_finite() && *v != 0.0)?;
         let mut gradient = DVector::zeros(x.len());
@@ -94,9 +96,13 @@ pub fn estimate(
                 (quantity.evaluate)(&values(&y)).filter(|v| v.is_finite())
             };
             gradient[j] = (at(H)? - at(-H)?) / (2.0 * H * value);
+            if gradient[j].abs() < ROUNDING {
+                gradient[j] = 0.0;
+            }
         }
-        let used = |j: &usize| gradient[*j].abs() > 1e-6;
-        let depends_on: Vec<_> = (0..x.len()).filter(used).map(|j| parameters[j].name.clone()).collect();
+        let along = back.tr_mul(&gradient);
+        let used = |j: &usize| along[*j].abs() > ROUNDING;
+        let depends_on: Vec<_> = (0..x.len()).filter(used).map(|j| terms[j].name.clone()).collect();
         if depends_on.is_empty() {
             return None;
         }
@@ -119,6 +125,8 @@ pub fn estimate(
 
 /// Step of the central differences, relative in log parameters.
 const H: f64 = 1e-5;
+/// A smaller derivative is rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// The quantities that the poro-viscoelastic model's response rests on: shear moduli `mu alpha / 2`, instantaneous
 /// modulus, relaxation times `eta / G` of `branches` viscous branches, and the hydraulic conductivity

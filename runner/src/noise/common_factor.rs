@@ -1,8 +1,10 @@
 //! The part of the scatter that a specimen's whole curve shares: `force_k(t) = a_k median(t)`, `ln a_k` normal.
 
-use super::super::estimate::Estimate;
-use super::super::measurement::{Measurement, standard_deviation};
+use crate::data::estimate::Estimate;
+use crate::data::measurement::{Measurement, standard_deviation};
 
+/// Standard deviation of a median over that of a mean, for many normal values: sqrt(pi / 2).
+pub const MEDIAN_OVER_MEAN: f64 = 1.253_314_137_315_5;
 /// Fewest specimens whose scatter means anything.
 pub const FEWEST_SPECIMENS: usize = 3;
 
@@ -35,7 +37,7 @@ pub fn common_factor(m: &Measurement) -> Option<CommonFactor> {
     let n = amplitudes.len() as f64;
     let value = standard_deviation(&logarithms);
     let log_deviation = Estimate { value, sigma: value / (2.0 * (n - 1.0)).sqrt() };
-    let of_median = super::MEDIAN_OVER_MEAN * value / n.sqrt();
+    let of_median = MEDIAN_OVER_MEAN * value / n.sqrt();
     Some(CommonFactor { amplitudes, log_deviation, of_median })
 }
 

@@ -35,9 +35,6 @@ pub enum Sign {
     Switch,
 }
 
-/// Deviation of a magnitude before the measurement, in plausible scales: several times the scale is possible.
-pub const PRIOR_DEVIATION: f64 = 2.0;
-
 /// Whether all tests share the magnitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -145,6 +142,11 @@ impl Candidate {
     pub fn one_sided(&self, score: f64) -> f64 {
         if self.is_one_sided() { score.max(0.0) } else { score.abs() }
     }
+}
+
+/// Whether an effect has a magnitude between off and on.
+pub fn is_continuous(candidate: &Candidate) -> bool {
+    candidate.effect.sign != Sign::Switch
 }
 
 #[cfg(test)]

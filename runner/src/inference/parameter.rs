@@ -1,6 +1,6 @@
 //! A parameter as the user knows it, and the variable that the optimiser sees instead.
 
-use super::problem::{Bounds, FitError};
+use crate::fit::{Bounds, FitError};
 use serde::{Deserialize, Serialize};
 
 /// Unit in which people read a value that is SI inside.

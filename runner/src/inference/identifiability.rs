@@ -7,12 +7,13 @@
 
 use super::derived::DerivedEstimate;
 use super::parameter::FitParameter;
-use super::solution::Solution;
-use super::statistics::{DETERMINED_HALF_WIDTH, Statistics};
+use super::statistics::{DETERMINED_HALF_WIDTH, ParameterEstimate, Statistics};
 use super::wording;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
+/// 97.5 % quantile of the normal distribution.
+const NORMAL_QUANTILE: f64 = 1.96;
 /// Entries of a sparse direction below this fraction of its largest are not named.
 const NAMED: f64 = 0.15;
 
@@ -63,23 +64,22 @@ pub struct Identifiability {
 }
 
 impl Identifiability {
-    /// Analyses a solution; `derived` supplies names for the combinations that are known.
-    pub fn new(
-        parameters: &[FitParameter],
-        solution: &Solution,
-        statistics: &Statistics,
-        derived: &[DerivedEstimate],
-    ) -> Self {
-        let jacobian = relative_jacobian(parameters, solution) / noise(statistics);
-        let svd = jacobian.clone().svd(false, true);
+    /// Analyses the statistics of a fit; `derived` supplies names for the combinations that are known.
+    pub fn new(statistics: &Statistics, derived: &[DerivedEstimate]) -> Self {
+        let parameters: Vec<&FitParameter> = statistics.terms.iter().map(|e| &e.parameter).collect();
+        let relative = |design: &DMatrix<f64>| per_relative_change(&statistics.terms, design);
+        let (jacobian, white) = (relative(&statistics.design), relative(&statistics.white_design));
+        let svd = jacobian.svd(false, true);
         let Some(v_t) = svd.v_t else { unreachable!("it was asked for") };
-        let t = statistics.t_quantile;
+        let t = NORMAL_QUANTILE;
         let weak: Vec<usize> = (0..svd.singular_values.len())
             .filter(|&k| t > DETERMINED_HALF_WIDTH * svd.singular_values[k])
             .collect();
         let mut findings: Vec<Finding> = sparse_basis(&v_t.select_rows(&weak))
             .into_iter()
-            .map(|direction| describe(direction, &jacobian, parameters, statistics, derived))
+            .map(|direction| describe(direction, &white, &parameters, statistics, derived))
+            // A direction may be weak although each of its parameters is known.
+            .filter(|finding| finding.half_width > DETERMINED_HALF_WIDTH)
             .collect();
         findings.sort_by(|a, b| b.half_width.total_cmp(&a.half_width));
         let unnamed = |name: &str| !findings.iter().any(|f| f.parameters.iter().any(|p| p == name));
@@ -103,18 +103,13 @@ impl Identifiability {
     }
 }
 
-/// Standard deviation of a residual; a perfect fit would otherwise divide by zero.
-fn noise(statistics: &Statistics) -> f64 {
-    statistics.noise.max(f64::MIN_POSITIVE.sqrt())
-}
-
-/// Jacobian per relative change of each parameter.
-fn relative_jacobian(parameters: &[FitParameter], solution: &Solution) -> DMatrix<f64> {
-    let mut jacobian = solution.jacobian.clone();
-    for (j, mut column) in jacobian.column_iter_mut().enumerate() {
-        column /= parameters[j].relative_slope(solution.x[j]);
+/// Derivatives per relative change of each term.
+fn per_relative_change(terms: &[ParameterEstimate], design: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut design = design.clone();
+    for (term, mut column) in terms.iter().zip(design.column_iter_mut()) {
+        column /= term.parameter.relative_slope(term.parameter.to_internal(term.value));
     }
-    jacobian
+    design
 }
 
 /// Reduced row echelon form with complete pivoting: rows span the same space with as few entries as the
@@ -153,23 +148,23 @@ fn sparse_basis(rows: &DMatrix<f64>) -> Vec<Vec<f64>> {
 fn describe(
     direction: Vec<f64>,
     jacobian: &DMatrix<f64>,
-    parameters: &[FitParameter],
+    parameters: &[&FitParameter],
     statistics: &Statistics,
     derived: &[DerivedEstimate],
 ) -> Finding {
     let group: Vec<usize> = (0..direction.len()).filter(|&j| direction[j].abs() > NAMED).collect();
     let names: Vec<String> = group.iter().map(|&j| parameters[j].name.clone()).collect();
-    let half_width = group.iter().map(|&j| statistics.estimates[j].half_width).fold(0.0, f64::max);
+    let half_width = group.iter().map(|&j| statistics.terms[j].half_width).fold(0.0, f64::max);
     let column: nalgebra::DVector<f64> = group.iter().map(|&j| jacobian.column(j) * direction[j]).sum();
     let decade = std::f64::consts::LN_10 * column.norm();
     let kind = match group.len() {
-        1 if decade < statistics.t_quantile => FindingKind::Invisible,
+        1 if decade < NORMAL_QUANTILE => FindingKind::Invisible,
         1 => FindingKind::Loose,
         _ => FindingKind::TradeOff,
     };
     let known = known_combination(&names, derived);
     let correlation = match group[..] {
-        [i, j] => Some(statistics.correlation[(i, j)]),
+        [i, j] => Some(statistics.term_correlation[(i, j)]),
         _ => None,
     };
     let mut finding = Finding {
@@ -182,7 +177,7 @@ fn describe(
         known_combination: known.map(|d| d.name.clone()),
         text: String::new(),
     };
-    let estimates: Vec<_> = group.iter().map(|&j| &statistics.estimates[j]).collect();
+    let estimates: Vec<_> = group.iter().map(|&j| &statistics.terms[j]).collect();
     finding.text = wording::finding(&finding, &estimates, known);
     finding
 }

@@ -4,7 +4,7 @@
 //! equal distances: `cov = sigma_c^2 exp(-|lag| / tau)`; `w` white. The likelihood is exact (Kalman filter, `m`
 //! and `n` integrated out), so gaps and unequal distances need no care. Outliers are left out beforehand.
 
-use super::super::estimate::{Estimate, Quartiles, robust_deviation};
+use crate::data::estimate::{Estimate, Quartiles, robust_deviation};
 use nalgebra::{Matrix3, Vector3};
 
 /// A stretch of noise: times (s) and values.

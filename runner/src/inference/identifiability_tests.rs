@@ -1,29 +1,31 @@
 //! Analytic responses in which the answer is known by construction.
 
 use super::*;
-use crate::fit::derived::{self, Values, material_quantities};
-use crate::fit::parameter::Unit;
-use crate::fit::solution::StopReason;
-use crate::fit::statistics::{Determination, Noise};
+use crate::inference::cases::{fit_of, positive};
+use crate::inference::derived::{self, Values, material_quantities};
+use crate::inference::fit::Fit;
+use crate::inference::parameter::Unit;
+use crate::inference::statistics::Determination;
+use crate::inference::unknowns::Unknowns;
 use nalgebra::DVector;
 
 fn parameter(name: &str, symbol: &str, value: f64, bounds: [f64; 2]) -> FitParameter {
     FitParameter::new(name, symbol, Unit::new("Pa", 1.0), value, bounds).unwrap()
 }
 
-/// Residuals of a generalised Maxwell response in units of 0.01, at exact values: the force
+/// Differences from a generalised Maxwell response in units of 0.01, at exact values: the force
 /// `F = G_inf + sum G_i exp(-t / tau_i)` sees mu and alpha only as mu alpha / 2, and K0 not at all, but for a
-/// faint trace.
-fn maxwell(trace: f64) -> (Vec<FitParameter>, Solution) {
-    let parameters = vec![
+/// faint trace. Fitted under the FMU's names, as a user may want it.
+fn maxwell(trace: f64) -> (Unknowns, Fit) {
+    let unknowns = Unknowns::of(vec![
         parameter("material.equilibrium.mu", "mu_inf", -217.0, [-1e3, -1.0]),
         parameter("material.equilibrium.alpha", "alpha_inf", -2.0, [-30.0, -1.0]),
         parameter("material.branch[1].mu", "mu_1", -418.0, [-1e3, -1.0]),
         parameter("material.branch[1].alpha", "alpha_1", -13.5, [-30.0, -1.0]),
         parameter("material.branch[1].eta", "eta_1", 3000.0, [1.0, 1e5]),
         parameter("material.permeability", "K0", 2.3e-15, [1e-20, 1e-8]),
-    ];
-    let x: Vec<f64> = parameters.iter().map(|p| p.to_internal(p.start)).collect();
+    ]);
+    let x = unknowns.start().to_vec();
     let scale = 1e-2 * 3000.0;
     let model = |x: &[f64]| {
         let g_inf = 0.5 * (x[0] + x[1]).exp();
@@ -44,30 +46,18 @@ fn maxwell(trace: f64) -> (Vec<FitParameter>, Solution) {
         };
         jacobian.set_column(j, &((at(1e-6) - at(-1e-6)) / 2e-6));
     }
-    let residual: Vec<f64> = (0..200).map(|i| if (i * i) % 7 < 3 { 0.9 } else { -0.9 }).collect();
-    let chi_square = residual.iter().map(|r| r * r).sum();
-    let solution = Solution {
-        x,
-        residual,
-        jacobian,
-        chi_square,
-        stop: StopReason::ChiSquareChange,
-        iterations: vec![],
-        evaluations: 1,
-        jacobians: 1,
-        failures: vec![],
-    };
-    (parameters, solution)
+    let gap = DVector::from_fn(200, |i, _| if (i * i) % 7 < 3 { 0.9 } else { -0.9 });
+    let fit = fit_of(&unknowns, jacobian, gap, 1.0);
+    (unknowns, fit)
 }
 
 fn analyse(trace: f64) -> (Statistics, Vec<DerivedEstimate>, Identifiability) {
-    let (parameters, solution) = maxwell(trace);
-    let noise = Noise { known: true, ..Noise::default() };
-    let statistics = Statistics::new(&parameters, &solution, &noise).unwrap();
+    let (unknowns, fit) = maxwell(trace);
+    let statistics = Statistics::new(&unknowns, &fit, &[]).unwrap();
     let complete = |v: &mut Values| v.set("material.fluid_viscosity", 0.89e-3);
-    let derived =
-        derived::estimate(&material_quantities(1), &parameters, &solution.x, &statistics, &complete);
-    let analysis = Identifiability::new(&parameters, &solution, &statistics, &derived);
+    let quantities = material_quantities(1);
+    let derived = derived::estimate(&quantities, &unknowns, &fit.solution.x, &statistics, &complete);
+    let analysis = Identifiability::new(&statistics, &derived);
     (statistics, derived, analysis)
 }
 
@@ -101,15 +91,13 @@ fn products_and_invisible_parameters_are_named() {
 /// The modulus's interval by the delta method equals that of a fit whose parameter is the modulus itself.
 #[test]
 fn delta_method_equals_the_direct_parameterisation() {
-    let (parameters, mut solution) = maxwell(0.0);
+    let (unknowns, fit) = maxwell(0.0);
     let (_, derived, _) = analyse(0.0);
     // d/d ln G_1 at fixed eta: the column of mu_1 (alpha_1's is the same); drop the others that are redundant.
     let keep = [0, 2, 4];
-    solution.jacobian = solution.jacobian.select_columns(&keep);
-    solution.x = keep.iter().map(|&j| solution.x[j]).collect();
-    let reduced: Vec<_> = keep.iter().map(|&j| parameters[j].clone()).collect();
-    let noise = Noise { known: true, ..Noise::default() };
-    let direct = Statistics::new(&reduced, &solution, &noise).unwrap();
+    let reduced = Unknowns::of(keep.iter().map(|&j| unknowns.variables()[j].clone()).collect());
+    let fit = fit_of(&reduced, fit.jacobian_mn.select_columns(&keep), fit.gap_mn, 1.0);
+    let direct = Statistics::new(&reduced, &fit, &[]).unwrap();
     for (name, index) in [("shear_modulus[inf]", 0), ("shear_modulus[1]", 1)] {
         let delta = derived.iter().find(|d| d.name == name).unwrap();
         let expected = direct.estimates[index].half_width;
@@ -121,22 +109,11 @@ fn delta_method_equals_the_direct_parameterisation() {
 
 #[test]
 fn a_known_ratio_without_a_name_is_put_in_words() {
-    let parameters = [parameter("a", "a", 2.0, [0.1, 100.0]), parameter("b", "b", 4.0, [0.1, 100.0])];
+    let unknowns = positive(&[("a", 2.0, [0.1, 100.0]), ("b", 4.0, [0.1, 100.0])]);
     let jacobian = DMatrix::from_fn(30, 2, |i, j| (1.0 + i as f64) * if j == 0 { 1.0 } else { -1.0 });
-    let solution = Solution {
-        x: vec![2f64.ln(), 4f64.ln()],
-        residual: vec![0.5; 30],
-        jacobian,
-        chi_square: 7.5,
-        stop: StopReason::Gradient,
-        iterations: vec![],
-        evaluations: 1,
-        jacobians: 1,
-        failures: vec![],
-    };
-    let noise = Noise { known: true, ..Noise::default() };
-    let statistics = Statistics::new(&parameters, &solution, &noise).unwrap();
-    let analysis = Identifiability::new(&parameters, &solution, &statistics, &[]);
+    let fit = fit_of(&unknowns, jacobian, DVector::from_element(30, 0.5), 1.0);
+    let statistics = Statistics::new(&unknowns, &fit, &[]).unwrap();
+    let analysis = Identifiability::new(&statistics, &[]);
     assert_eq!(analysis.findings.len(), 1);
     assert!(analysis.findings[0].text.contains("the ratio a / b"), "{}", analysis.findings[0].text);
 }

@@ -1,11 +1,14 @@
 //! Fits by generalised least squares: the plain model, or the model with effects, and their linearisation.
 
-use super::effect::{Candidate, PRIOR_DEVIATION, Sign};
-use super::problem::{EffectProblem, Setup, is_continuous};
-use super::screening::{Linearised, normal_cdf};
+use super::effect::{Candidate, Sign, is_continuous};
+use super::jacobian_load::JacobianLoad;
+use super::linearised::{Linearised, normal_cdf};
+use super::problem::ForceProblem;
+use super::setup::Setup;
+use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{
-    EvaluationFailure, FitError, IterationRecord, Options, Prior, Problem, SharedErrors, Solution, Whitening,
-    minimise,
+    EvaluationFailure, FitError, IterationRecord, MultiStartOptions, Options, Prior, Problem, SharedErrors,
+    Solution, StartRecord, Whitening, minimise,
 };
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
@@ -21,30 +24,34 @@ pub struct Fit {
     pub linear: Linearised,
     /// Measured minus model (mN).
     pub gap_mn: DVector<f64>,
-    /// Derivatives of the force by parameters and magnitudes (mN).
+    /// Derivatives of the force by variables and magnitudes (mN).
     pub jacobian_mn: DMatrix<f64>,
-    /// Number of material parameters; the rest of the solution are magnitudes.
+    /// Number of material variables; the rest of the solution are magnitudes.
     pub parameters: usize,
-    /// Knowledge of parameters and magnitudes before.
+    /// Knowledge of variables and magnitudes before.
     pub prior: Prior,
     /// Of the measured force minus this model's.
     pub covariance: Covariance,
 }
 
-/// Width of a parameter's bounds in deviations of its prior: the bounds are where nobody expects it.
-const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
-/// With some hundred points, an iteration that lowers chi^2 by this part changes it by a tenth or so.
-const FINAL: f64 = 1e-3;
+/// A fit ends where the next iteration is expected to lower chi^2 by less than this: a value then moves by a seventh of its deviation.
+const FORESEEN: f64 = 0.02;
+/// It also ends where an iteration has lowered chi^2 by less than this: the next one lowers it by much less, and below lies the noise
+/// of the model's own steps.
+const SETTLED: f64 = 0.1;
 /// An iteration that lowers chi^2 by a smaller part ends a rough fit.
 const ROUGH: f64 = 3e-2;
-/// An iteration that is expected to lower chi^2 by less than this part of either is not made: the linear model is at its best there.
-const FORESEEN: f64 = 0.1;
+/// An iteration that is expected to lower chi^2 by less than this part of it is not made in a rough fit.
+const ROUGH_FORESEEN: f64 = 3e-3;
 /// A rough fit with this chi^2 per point is near the best: no further start is tried.
 const ENOUGH: f64 = 1.1;
 /// A rough fit with more than this chi^2 per point misses the data, however it is polished.
 const HOPELESS: f64 = 1.3;
-/// Relative accuracy of the Jacobian.
-const JACOBIAN_ACCURACY: f64 = 1e-6;
+/// Drawn starts that are refined to the end; the others are only screened.
+const REFINED: usize = 8;
+/// A Jacobian is not more accurate than this part of its largest singular value: by finite differences, and from the FMU's
+/// derivatives.
+const JACOBIAN_ACCURACY: [f64; 2] = [1e-4, 1e-6];
 
 /// A fit that could not be made.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -60,7 +67,7 @@ pub enum FitFailure {
     Evaluation(#[from] EvaluationFailure),
 }
 
-/// How a fit is made.
+/// How a fit with effects is made.
 #[derive(Debug, Clone)]
 pub struct FitPlan {
     /// Starts of parameters and magnitudes, tried until one fits; the best of their rough fits is carried on.
@@ -71,27 +78,57 @@ pub struct FitPlan {
     pub content: f64,
 }
 
-/// Normal prior of the parameters: centred where the search starts, as wide as a quarter of the bounds.
-pub fn parameter_prior(setup: Setup) -> Prior {
-    let (lower, upper) = setup.parameters.bounds();
-    let width = |(l, u): (&f64, &f64)| (u - l) / BOUNDS_IN_DEVIATIONS;
-    Prior { mean: setup.parameters.start().to_vec(), deviation: lower.iter().zip(upper).map(width).collect() }
+/// How a search from several starts is made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SearchPlan {
+    /// Starts in all; the first is the unknowns' own.
+    pub starts: usize,
+    /// Seed of the others.
+    pub seed: u64,
+    /// Largest number of evaluations per start.
+    pub evaluations: usize,
 }
 
-/// The same, and that of the magnitudes of `active`.
-fn prior(setup: Setup, active: &[&Candidate]) -> Prior {
-    let free = active.iter().filter(|c| is_continuous(c));
-    free.fold(parameter_prior(setup), |prior, _| prior.with(0.0, PRIOR_DEVIATION))
+/// What a search from several starts found.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The best fit.
+    pub fit: Fit,
+    /// The fate of each start.
+    pub starts: Vec<StartRecord>,
+    /// How busy the pool was while Jacobians were formed.
+    pub load: JacobianLoad,
+    /// Points at which the model failed.
+    pub failed_points: u64,
 }
 
-/// What a fit makes small.
+/// What a fit makes small. Where the size of the noise is not known, nor is what the prior weighs against it: then it is left out.
 fn problem<'a>(
     setup: Setup<'a>,
     active: &[&'a Candidate],
     covariance: &'a Covariance,
-) -> SharedErrors<'a, EffectProblem<'a>, Covariance> {
+) -> SharedErrors<'a, ForceProblem<'a>, Covariance> {
     let measured = DVector::from_vec(setup.measured_mn());
-    SharedErrors::new(EffectProblem::new(setup, active), covariance, measured, prior(setup, active))
+    let forces = ForceProblem::new(setup, active);
+    let prior = if covariance.is_known() { forces.prior() } else { forces.prior().flat() };
+    SharedErrors::new(forces, covariance, measured, prior)
+}
+
+/// The same of the plain model, without what is known before of the variables that `own` names.
+pub(super) fn problem_without_prior<'a>(
+    setup: Setup<'a>,
+    covariance: &'a Covariance,
+    own: &dyn Fn(usize) -> bool,
+) -> SharedErrors<'a, ForceProblem<'a>, Covariance> {
+    let measured = DVector::from_vec(setup.measured_mn());
+    let forces = ForceProblem::new(setup, &[]);
+    let mut prior = forces.prior();
+    for (j, deviation) in prior.deviation.iter_mut().enumerate() {
+        if own(j) || !covariance.is_known() {
+            *deviation = f64::INFINITY;
+        }
+    }
+    SharedErrors::new(forces, covariance, measured, prior)
 }
 
 /// chi^2 with parameters and magnitudes `x`; `None` where the model cannot be computed.
@@ -111,7 +148,65 @@ pub fn chi_square(
     }
 }
 
-/// Fits parameters and the magnitudes of `active` (normal before, see [`PRIOR_DEVIATION`]).
+/// Tolerances of a fit to so many points.
+pub(super) fn options(setup: Setup, evaluations: usize) -> Options {
+    // Relative to chi^2, which is about as large as the number of points, or they are as many times less worth.
+    let points = setup.measured_mn().len().max(1) as f64;
+    Options {
+        max_evaluations: evaluations,
+        chi_square_tolerance: SETTLED / points,
+        foreseen_tolerance: FORESEEN / points,
+        ..Options::for_log_parameters(JACOBIAN_ACCURACY[usize::from(setup.is_differentiable())])
+    }
+}
+
+/// Fits the plain model from several starts. A stop asked of the engine ends the fit at its best point; `observe` sees each accepted
+/// step with the index of its start.
+///
+/// # Errors
+/// When no start can be evaluated.
+pub fn search(
+    setup: Setup,
+    covariance: &Covariance,
+    plan: &SearchPlan,
+    observe: &mut dyn FnMut(usize, &IterationRecord),
+) -> Result<Found, FitFailure> {
+    let u = setup.unknowns;
+    let mut problem = problem(setup, &[], covariance);
+    let many = MultiStartOptions { starts: plan.starts.max(1), refined: REFINED, seed: plan.seed };
+    let mut watch = |start: usize, record: &IterationRecord| {
+        observe(start, record);
+        if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let options = options(setup, plan.evaluations);
+    let found =
+        minimise_from_many(&mut problem, u.start(), u.optimiser_bounds(), &options, &many, &mut watch)?;
+    // Its runs were made: no stop keeps them from being seen.
+    let (load, failed_points) = (problem.inner().load(), problem.inner().failed());
+    let fit = Fit::at(setup, &[], covariance, found.best)?;
+    Ok(Found { fit, starts: found.records, load, failed_points })
+}
+
+/// Fits the plain model from a point near the optimum.
+///
+/// # Errors
+/// When the model fails there, or the user asked to stop before it was evaluated.
+pub fn refit(
+    setup: Setup,
+    covariance: &Covariance,
+    start: &[f64],
+    evaluations: usize,
+) -> Result<Fit, FitFailure> {
+    let mut problem = problem(setup, &[], covariance);
+    let bounds = setup.unknowns.optimiser_bounds();
+    let mut watch = |_: &IterationRecord| {
+        if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let solution = minimise(&mut problem, start, bounds, &options(setup, evaluations), &mut watch)?;
+    Ok(Fit::at(setup, &[], covariance, solution)?)
+}
+
+/// Fits parameters and the magnitudes of `active` (normal before, see [`super::problem::PRIOR_DEVIATION`]).
 ///
 /// # Errors
 /// When no start can be evaluated, or the user asked to stop.
@@ -122,21 +217,20 @@ pub fn fit(
     plan: &FitPlan,
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Fit, FitFailure> {
-    let bounds = EffectProblem::new(setup, active).bounds()?;
-    let prior = prior(setup, active);
+    let bounds = ForceProblem::new(setup, active).bounds()?;
     let mut problem = problem(setup, active, covariance);
     let mut watch = |record: &IterationRecord| {
         observe(record);
         if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let mut from = |start: &[f64], tolerance: f64| {
-        let options = Options {
-            max_evaluations: plan.evaluations,
-            chi_square_tolerance: tolerance,
-            foreseen_tolerance: FORESEEN * tolerance,
-            ..Options::for_log_parameters(JACOBIAN_ACCURACY)
-        };
-        let found = minimise(&mut problem, start, &bounds, &options, &mut watch);
+    let settled = options(setup, plan.evaluations);
+    let rough = Options {
+        chi_square_tolerance: ROUGH.max(settled.chi_square_tolerance),
+        foreseen_tolerance: ROUGH_FORESEEN.max(settled.foreseen_tolerance),
+        ..settled.clone()
+    };
+    let mut from = |start: &[f64], options: &Options| {
+        let found = minimise(&mut problem, start, &bounds, options, &mut watch);
         if setup.engine.is_stopped() {
             return Err(FitFailure::from(EvaluationFailure::Interrupted));
         }
@@ -150,7 +244,7 @@ pub fn fit(
         if solution.as_ref().is_some_and(|s| s.chi_square < enough) {
             break;
         }
-        match from(start, ROUGH) {
+        match from(start, &rough) {
             Ok(found) if solution.as_ref().is_none_or(|s| found.chi_square < s.chi_square) => {
                 solution = Some(found);
             }
@@ -167,13 +261,9 @@ pub fn fit(
         (None, None) => return Err(FitFailure::NoStart),
     };
     if solution.chi_square < HOPELESS * points {
-        solution = from(&solution.x, FINAL)?;
+        solution = from(&solution.x, &settled)?;
     }
-    // All of its runs are in the cache.
-    let Tangent { gap_mn, jacobian_mn, covariance, linear } =
-        Tangent::at(setup, active, covariance, &prior, &solution.x)?;
-    let parameters = setup.parameters.free().len();
-    Ok(Fit { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance })
+    Ok(Fit::at(setup, active, covariance, solution)?)
 }
 
 /// A model, linearised.
@@ -200,7 +290,7 @@ impl Tangent {
         prior: &Prior,
         x: &[f64],
     ) -> Result<Self, EvaluationFailure> {
-        let mut problem = EffectProblem::new(setup, active);
+        let mut problem = ForceProblem::new(setup, active);
         let difference_mn = problem.residual(x)?;
         let jacobian_mn = problem.jacobian(x, &difference_mn)?;
         let gap_mn = -DVector::from_vec(difference_mn);
@@ -229,6 +319,28 @@ pub fn linearised(
 }
 
 impl Fit {
+    /// A solution with its linearisation; all of its runs are in the cache.
+    fn at(
+        setup: Setup,
+        active: &[&Candidate],
+        covariance: &Covariance,
+        solution: Solution,
+    ) -> Result<Self, EvaluationFailure> {
+        let prior = ForceProblem::new(setup, active).prior();
+        let Tangent { gap_mn, jacobian_mn, covariance, linear } =
+            Tangent::at(setup, active, covariance, &prior, &solution.x)?;
+        let parameters = setup.unknowns.len();
+        Ok(Self { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance })
+    }
+
+    /// What some of the points alone say around the same optimum.
+    pub fn part(&self, points: &[usize]) -> Self {
+        let (gap_mn, jacobian_mn) = (self.gap_mn.select_rows(points), self.jacobian_mn.select_rows(points));
+        let covariance = self.covariance.part(points);
+        let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &self.prior, &self.solution.x);
+        Self { linear, gap_mn, jacobian_mn, covariance, ..self.clone() }
+    }
+
     /// The same optimum, of models with the effects `active`, seen with another covariance.
     ///
     /// # Errors

@@ -1,0 +1,45 @@
+//! One problem for every question: unknowns -> residuals, derivatives -> fit -> what its values are worth.
+//!
+//! ```text
+//! Requests (and what the data say: Defaults) -> Unknowns (variables <-> the FMU's parameters)
+//! Setup (engine, observations, unknowns) + effects -> ForceProblem (mN)
+//! ForceProblem + Covariance + Prior -> fit / search -> Fit
+//! Fit -> statistics (intervals, correlations) -> identifiability (what the data do not determine, in words)
+//!     -> derived (combinations that they do)  -> evidence
+//!     -> profile (intervals that are no parabola)  -> robust (outliers count less)
+//! ```
+//! `identify` asks it for the plain model, `diagnose` for models with effects.
+
+#[cfg(test)]
+pub(crate) mod cases;
+pub mod derived;
+pub mod effect;
+pub mod fit;
+pub mod identifiability;
+mod jacobian_load;
+pub mod linearised;
+pub mod parameter;
+pub mod problem;
+pub mod profile;
+pub mod refinement;
+pub mod requests;
+pub mod robust;
+pub mod setup;
+pub mod statistics;
+mod swift_profile;
+pub mod unknowns;
+pub mod wording;
+
+pub use derived::{DerivedEstimate, DerivedQuantity, Values};
+pub use effect::Candidate;
+pub use fit::{Fit, FitFailure, FitPlan, Found, SearchPlan};
+pub use identifiability::{Finding, FindingKind, Identifiability};
+pub use jacobian_load::JacobianLoad;
+pub use linearised::{Linearised, Signature};
+pub use parameter::{FitParameter, Transform};
+pub use problem::ForceProblem;
+pub use refinement::{NoiseFailure, noise_at_start};
+pub use requests::{Defaults, ParameterError, Requests};
+pub use setup::Setup;
+pub use statistics::{Interval, ParameterEstimate, Statistics};
+pub use unknowns::Unknowns;

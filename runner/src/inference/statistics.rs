@@ -1,0 +1,479 @@
+//! What the fitted values are worth: covariance, 95 % intervals, correlations.
+//!
+//! With `J` the derivatives of the force at the solution, `Sigma` the covariance of the data and `P` the precision of what was known
+//! before, the variables have the covariance `C = (J' Sigma^-1 J + P)^-1`, the sum of what each error of the data contributes,
+//! `C J' Sigma^-1 [white part and common errors] Sigma^-1 J C`, and of `C P C`.
+//! - `Sigma` is taken `s^2` times as large, `s^2` the chi^2 per degree of freedom where that is above 1 (a model that misses the data
+//!   is not known to the data's precision), or where the size of the noise is unknown; its white part `q` times more, `q` the
+//!   integrated autocorrelation time of the residuals in points.
+//! - The quantile is Student's t with Satterthwaite's degrees of freedom: a contribution `v_k` to a variance that was estimated with
+//!   `n_k` degrees (n - 1 of n specimens) counts as such, `(sum v_k)^2 / sum (v_k^2 / n_k)`.
+//! - An interval says what the data say: the prior of the variables that the quantity is made of is taken out of their covariance,
+//!   and where nothing is left the interval is open. The priors of the other variables stay in.
+
+use super::fit::Fit;
+use super::parameter::{FitParameter, Transform};
+use super::unknowns::Unknowns;
+use crate::fit::{FitError, Whitening, likeliest_heights};
+use crate::noise::Covariance;
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// Half-width of the 95 % interval in ln(value) up to which a value counts as determined (a quarter).
+pub const DETERMINED_HALF_WIDTH: f64 = 0.25;
+/// Beyond this (a factor of three either way) it counts as not determined at all.
+pub const UNDETERMINED_HALF_WIDTH: f64 = 1.1;
+/// Half-width in ln(value) of one of which nothing is known: beyond any bounds, and its exponential is still a number.
+const NOTHING_KNOWN: f64 = 300.0;
+/// Less information than this part of the prior's is rounding.
+const NO_INFORMATION: f64 = 1e-6;
+
+/// A 95 % interval, within the parameter's bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    /// Lower end.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+}
+
+/// How well a value is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Determination {
+    /// To a quarter or better.
+    Determined,
+    /// Between a quarter and a factor of three.
+    Loose,
+    /// Not even to a factor of three.
+    Undetermined,
+}
+
+impl Determination {
+    /// Classifies a half-width in ln(value).
+    pub fn of(half_width: f64) -> Self {
+        if half_width <= DETERMINED_HALF_WIDTH {
+            Self::Determined
+        } else if half_width <= UNDETERMINED_HALF_WIDTH {
+            Self::Loose
+        } else {
+            Self::Undetermined
+        }
+    }
+}
+
+/// End of the admissible range at which a value sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoundSide {
+    /// The lower bound of the value.
+    Lower,
+    /// The upper bound of the value.
+    Upper,
+}
+
+impl BoundSide {
+    fn other(self) -> Self {
+        match self {
+            Self::Lower => Self::Upper,
+            Self::Upper => Self::Lower,
+        }
+    }
+}
+
+/// One fitted parameter, values in SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterEstimate {
+    /// The parameter.
+    pub parameter: FitParameter,
+    /// Fitted value.
+    pub value: f64,
+    /// 95 % interval, cut at the bounds.
+    pub interval: Interval,
+    /// The interval reaches the lower or upper bound: the data set no limit on that side.
+    pub open: [bool; 2],
+    /// Half-width of the uncut interval, relative (in ln(value) for log parameters).
+    pub half_width: f64,
+    /// Part of its square that comes from common errors (0 to 1).
+    pub common_share: f64,
+    /// How well it is known.
+    pub determination: Determination,
+    /// Sits at this bound.
+    pub at_bound: Option<BoundSide>,
+}
+
+/// Everything that follows from a fit.
+#[derive(Debug, Clone)]
+pub struct Statistics {
+    /// `(measured - model)' Sigma^-1 (measured - model)`.
+    pub chi_square: f64,
+    /// Part of it that the heights of the errors account for which many points share.
+    pub shared_chi_square: f64,
+    /// Number of points.
+    pub points: usize,
+    /// Degrees of freedom.
+    pub degrees_of_freedom: usize,
+    /// chi^2 per degree of freedom.
+    pub reduced_chi_square: f64,
+    /// Factor on the deviations of the data that the intervals rest on, `s`.
+    pub scale: f64,
+    /// Integrated autocorrelation time of the residuals in points (1: uncorrelated).
+    pub correlation_time: f64,
+    /// Whether the size of the noise was known.
+    pub noise_known: bool,
+    /// Columns whose squares sum up to the variables' covariance: the white part, the common errors, the prior.
+    root: DMatrix<f64>,
+    /// Degrees of freedom of each block of columns of `root`: its first column, and its degrees.
+    blocks: Vec<(usize, f64)>,
+    /// First column of `root`, and number of them, that are errors which the fit takes up.
+    unseen: (usize, usize),
+    /// The covariance of the data that all this rests on.
+    pub covariance: Covariance,
+    /// Variances of the variables before the measurement.
+    prior: DVector<f64>,
+    /// Whitened derivatives by the `terms`.
+    pub design: DMatrix<f64>,
+    /// The same over the white deviation of each point alone.
+    pub white_design: DMatrix<f64>,
+    /// Correlation of each pair of the fitted parameters.
+    pub correlation: DMatrix<f64>,
+    /// The variables as people count them ([`Unknowns::terms`]).
+    pub terms: Vec<ParameterEstimate>,
+    /// Correlation of each pair of them.
+    pub term_correlation: DMatrix<f64>,
+    /// The fitted parameters under the FMU's names.
+    pub estimates: Vec<ParameterEstimate>,
+}
+
+impl Statistics {
+    /// Statistics of a fit of the plain model; `stretches` are the numbers of points in a row (one per measurement), whose
+    /// neighbours are tested for correlation.
+    ///
+    /// # Errors
+    /// When there are not more points than variables.
+    pub fn new(unknowns: &Unknowns, fit: &Fit, stretches: &[usize]) -> Result<Self, FitError> {
+        let (m, n) = fit.jacobian_mn.shape();
+        if m <= n {
+            let what = "points (more than parameters)";
+            return Err(FitError::Dimension { what, expected: n + 1, found: m });
+        }
+        let degrees_of_freedom = m - n;
+        let known = fit.covariance.is_known();
+        let own = white_residual(fit);
+        let chi_square = fit.covariance.apply(&fit.gap_mn).norm_squared();
+        let reduced = chi_square / degrees_of_freedom as f64;
+        let correlation_time = correlation_time(own.as_slice(), stretches);
+        let square = if known { reduced.max(1.0) } else { reduced };
+        // A perfect fit of unknown noise would otherwise divide by zero.
+        let scale = square.sqrt().max(f64::MIN_POSITIVE.sqrt());
+        let covariance = fit.covariance.scaled(scale, correlation_time.sqrt());
+        let design = covariance.apply_columns(&fit.jacobian_mn);
+        let curvature = Curvature::new(&design, &fit.prior.deviation);
+        let mut blocks = vec![(0, degrees_of_freedom as f64 / correlation_time)];
+        let mut columns = curvature.white(&covariance);
+        for common in covariance.common().iter().chain(covariance.absorbed()) {
+            blocks.push((columns.len(), common.degrees));
+            columns.push(curvature.shift(&covariance.apply(&common.shape_mn)));
+        }
+        let unseen = (columns.len() - covariance.absorbed().len(), covariance.absorbed().len());
+        blocks.push((columns.len(), f64::INFINITY));
+        columns.extend(curvature.prior(&fit.prior.deviation));
+        let root = DMatrix::from_columns(&columns);
+        let white_design = {
+            let mut rows = fit.jacobian_mn.clone();
+            rows.column_iter_mut().for_each(|mut c| c.component_div_assign(covariance.white_mn()));
+            rows
+        };
+        let mut statistics = Self {
+            chi_square,
+            shared_chi_square: (chi_square - own.norm_squared()).max(0.0),
+            points: m,
+            degrees_of_freedom,
+            reduced_chi_square: reduced,
+            scale,
+            correlation_time,
+            noise_known: known,
+            root,
+            blocks,
+            unseen,
+            covariance,
+            prior: DVector::from_iterator(n, fit.prior.deviation.iter().map(|s| s * s)),
+            design,
+            white_design,
+            correlation: DMatrix::zeros(0, 0),
+            term_correlation: DMatrix::zeros(0, 0),
+            terms: vec![],
+            estimates: vec![],
+        };
+        statistics.estimate(unknowns, &fit.solution.x);
+        Ok(statistics)
+    }
+
+    /// Half-width of the 95 % interval of a quantity with gradient `gradient` in the optimiser's variables, by what the data say of
+    /// the variables that it is made of: `(C_pp^-1 - P_pp)^-1` for their block of covariance and prior precision.
+    pub fn half_width(&self, gradient: &DVector<f64>) -> f64 {
+        let own: Vec<usize> = (0..gradient.len()).filter(|&j| gradient[j] != 0.0).collect();
+        // In units of the prior's deviations.
+        let deviations = self.prior.select_rows(&own).map(f64::sqrt);
+        let mut root = self.root.select_rows(&own);
+        root.row_iter_mut().zip(deviations.iter()).for_each(|(mut row, s)| row /= *s);
+        let block = &root * root.transpose();
+        let Some(information) = block.try_inverse().map(|i| i - DMatrix::identity(own.len(), own.len()))
+        else {
+            return NOTHING_KNOWN;
+        };
+        let eigen = information.symmetric_eigen();
+        let along = eigen.eigenvectors.tr_mul(&gradient.select_rows(&own).component_mul(&deviations));
+        let each = along.iter().zip(eigen.eigenvalues.iter());
+        let variance: f64 = each.map(|(g, known)| g * g / known.max(NO_INFORMATION)).sum();
+        (self.quantile(gradient) * variance.sqrt()).min(NOTHING_KNOWN)
+    }
+
+    /// Standard deviation of a quantity by what no fit sees, such as the common height of the specimens.
+    pub fn unseen(&self, gradient: &DVector<f64>) -> f64 {
+        self.root.tr_mul(gradient).rows(self.unseen.0, self.unseen.1).norm()
+    }
+
+    /// The half-width without that.
+    pub fn seen_half_width(&self, gradient: &DVector<f64>) -> f64 {
+        let unseen = self.quantile(gradient) * self.unseen(gradient);
+        let all = self.half_width(gradient);
+        (all * all - unseen * unseen).max(0.01 * all * all).sqrt()
+    }
+
+    /// Variance of a quantity, and the part of it that comes from errors which many points share.
+    fn variance(&self, gradient: &DVector<f64>) -> (f64, f64) {
+        // Through the root: the covariance itself cancels catastrophically for the well-determined
+        // combination of two parameters that are each undetermined.
+        let along = self.root.tr_mul(gradient);
+        let first = self.blocks.get(1).map_or(along.len(), |b| b.0);
+        let last = self.blocks.last().map_or(along.len(), |b| b.0);
+        (along.norm_squared(), along.rows(first, last - first).norm_squared())
+    }
+
+    /// 97.5 % quantile of the t distribution for a quantity.
+    pub fn quantile(&self, gradient: &DVector<f64>) -> f64 {
+        let along = self.root.tr_mul(gradient);
+        let ends = self.blocks.iter().skip(1).map(|b| b.0).chain([along.len()]);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        // What is known before is no estimate: its block comes last and is left out.
+        for ((first, degrees), end) in self.blocks.iter().zip(ends).take(self.blocks.len() - 1) {
+            let part = along.rows(*first, end - first).norm_squared();
+            sum += part;
+            squares += part * part / degrees;
+        }
+        student_quantile(if squares > 0.0 { sum * sum / squares } else { f64::INFINITY })
+    }
+
+    /// Covariance of the optimiser's variables.
+    pub fn of_variables(&self) -> DMatrix<f64> {
+        &self.root * self.root.transpose()
+    }
+
+    fn estimate(&mut self, unknowns: &Unknowns, x: &[f64]) {
+        let (terms, rows) = unknowns.terms();
+        let share = |gradient: &DVector<f64>| {
+            let (total, shared) = self.variance(gradient);
+            if total > 0.0 { shared / total } else { 0.0 }
+        };
+        let in_terms = &rows * DVector::from_column_slice(x);
+        let of_row = |(j, p): (usize, &FitParameter)| {
+            let gradient = rows.row(j).transpose();
+            of_variable(p, in_terms[j], self.half_width(&gradient), share(&gradient))
+        };
+        let terms: Vec<ParameterEstimate> = terms.iter().enumerate().map(of_row).collect();
+        let values = unknowns.settings(x);
+        let mut gradients = Vec::new();
+        let estimates = unknowns.free().iter().enumerate().map(|(j, p)| {
+            if *p == unknowns.variables()[j] {
+                gradients.push(rows.row(j).transpose());
+                return terms[j].clone();
+            }
+            let value = values[&p.name];
+            let mut gradient = DVector::zeros(x.len());
+            let follows = unknowns.gradient(x, &p.name);
+            follows.iter().for_each(|(k, slope)| gradient[*k] = slope / value);
+            let half_width = self.half_width(&gradient);
+            let side = |k: usize| of_variable(&unknowns.variables()[k], x[k], 0.0, 0.0).at_bound;
+            let bound = follows.iter().find_map(|(k, slope)| Some((side(*k)?, slope / value)));
+            let found = of_product(p, value, half_width, share(&gradient), bound);
+            gradients.push(gradient);
+            found
+        });
+        let estimates = estimates.collect();
+        let along: Vec<_> = gradients.iter().map(|g| self.root.tr_mul(g)).collect();
+        self.correlation = correlation(&DMatrix::from_columns(&along).transpose());
+        self.term_correlation = correlation(&(&rows * &self.root));
+        // The derivative by a term leaves the other terms as they are.
+        if let Some(back) = rows.try_inverse() {
+            (self.design, self.white_design) = (&self.design * &back, &self.white_design * back);
+        }
+        (self.terms, self.estimates) = (terms, estimates);
+    }
+}
+
+/// What the likeliest common errors leave of the gap, in units of the white noise.
+pub fn white_residual(fit: &Fit) -> DVector<f64> {
+    let white = fit.covariance.white_mn();
+    let scaled = fit.gap_mn.component_div(white);
+    let mut columns = fit.covariance.common_columns();
+    columns.column_iter_mut().for_each(|mut c| c.component_div_assign(white));
+    let Some((_, heights)) = likeliest_heights(&columns, &scaled) else { return scaled };
+    scaled - columns * heights
+}
+
+/// SVD of the whitened design with the prior's rows below it.
+struct Curvature {
+    u: DMatrix<f64>,
+    v_t: DMatrix<f64>,
+    inverse: DVector<f64>,
+    rows: usize,
+}
+
+impl Curvature {
+    fn new(design: &DMatrix<f64>, deviations: &[f64]) -> Self {
+        let (m, n) = design.shape();
+        let mut stacked = design.clone().resize_vertically(m + n, 0.0);
+        for (j, deviation) in deviations.iter().enumerate() {
+            stacked[(m + j, j)] = 1.0 / deviation;
+        }
+        let svd = stacked.svd(true, true);
+        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { unreachable!("both sides were asked for") };
+        Self { u, v_t, inverse: svd.singular_values.map(|s| 1.0 / s), rows: m }
+    }
+
+    fn back(&self, along: DVector<f64>) -> DVector<f64> {
+        self.v_t.tr_mul(&along.component_mul(&self.inverse))
+    }
+
+    /// Shift of the variables by a whitened shift of the data.
+    fn shift(&self, whitened: &DVector<f64>) -> DVector<f64> {
+        self.back(self.u.rows(0, self.rows).tr_mul(whitened))
+    }
+
+    /// Columns of what the white part of the data's errors contributes.
+    fn white<W: Whitening>(&self, covariance: &W) -> Vec<DVector<f64>> {
+        let u = self.u.rows(0, self.rows);
+        let parts: Vec<DVector<f64>> =
+            u.column_iter().map(|column| covariance.white_part(&column.into_owned())).collect();
+        let svd = DMatrix::from_columns(&parts).svd(false, true);
+        let Some(v_t) = svd.v_t else { unreachable!("it was asked for") };
+        let root = |(row, size): (_, &f64)| self.back(nalgebra::RowDVector::transpose(&row) * *size);
+        v_t.row_iter().map(|r| r.into_owned()).zip(svd.singular_values.iter()).map(root).collect()
+    }
+
+    /// Columns of what the prior contributes.
+    fn prior(&self, deviations: &[f64]) -> Vec<DVector<f64>> {
+        let one = |(j, _): (usize, &f64)| self.back(self.u.row(self.rows + j).transpose());
+        deviations.iter().enumerate().map(one).collect()
+    }
+}
+
+fn correlation(root: &DMatrix<f64>) -> DMatrix<f64> {
+    let covariance = root * root.transpose();
+    DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |i, j| {
+        let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+        match (i == j, scale > 0.0) {
+            (true, _) => 1.0,
+            (false, true) => (covariance[(i, j)] / scale).clamp(-1.0, 1.0),
+            (false, false) => 0.0,
+        }
+    })
+}
+
+fn student_quantile(degrees_of_freedom: f64) -> f64 {
+    /// Beyond this the t distribution is normal to six digits.
+    const MANY: f64 = 1e6;
+    // Only a non-positive number of degrees of freedom is refused, and that is excluded here.
+    StudentsT::new(0.0, 1.0, degrees_of_freedom.clamp(1.0, MANY))
+        .map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
+}
+
+/// Of a variable of the optimiser.
+fn of_variable(p: &FitParameter, x: f64, half_width_x: f64, common_share: f64) -> ParameterEstimate {
+    let (low, high) = p.internal_bounds();
+    let reach = |x: f64| p.to_value(x.clamp(low, high));
+    let (a, b) = (reach(x - half_width_x), reach(x + half_width_x));
+    let mut open = [x - half_width_x <= low, x + half_width_x >= high];
+    let near = 0.01 * (high - low).min(1.0);
+    let mut at_bound = match () {
+        () if x - low < near => Some(BoundSide::Lower),
+        () if high - x < near => Some(BoundSide::Upper),
+        () => None,
+    };
+    if let Transform::Logarithmic { negative: true } = p.transform {
+        open.swap(0, 1);
+        at_bound = at_bound.map(BoundSide::other);
+    }
+    let half_width = half_width_x * p.relative_slope(x);
+    built(p, p.to_value(x), [a, b], open, half_width, common_share, at_bound)
+}
+
+/// Of a product of powers of the variables; `bound` is where one of them sits, and the power.
+fn of_product(
+    p: &FitParameter,
+    value: f64,
+    half_width: f64,
+    common_share: f64,
+    bound: Option<(BoundSide, f64)>,
+) -> ParameterEstimate {
+    let ends = [value * (-half_width).exp(), value * half_width.exp()];
+    let (a, b) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    let open = [a <= p.lower, b >= p.upper];
+    let at_bound = bound.map(|(side, power)| if power * value < 0.0 { side.other() } else { side });
+    built(p, value, [a.max(p.lower), b.min(p.upper)], open, half_width, common_share, at_bound)
+}
+
+fn built(
+    p: &FitParameter,
+    value: f64,
+    ends: [f64; 2],
+    open: [bool; 2],
+    half_width: f64,
+    common_share: f64,
+    at_bound: Option<BoundSide>,
+) -> ParameterEstimate {
+    // A value a rounding error outside its own cut interval would look like a mistake.
+    let lower = ends[0].min(ends[1]).min(value);
+    let upper = ends[0].max(ends[1]).max(value);
+    ParameterEstimate {
+        parameter: p.clone(),
+        value,
+        interval: Interval { lower, upper },
+        open,
+        half_width,
+        common_share,
+        determination: Determination::of(half_width),
+        at_bound,
+    }
+}
+
+/// Integrated autocorrelation time of the residuals over their stretches, at least 1; 1 unless the lag-1
+/// correlation is significant. Summed up to the first non-positive term.
+fn correlation_time(residual: &[f64], stretches: &[usize]) -> f64 {
+    let mut parts = vec![];
+    let mut from = 0;
+    for &length in stretches {
+        let part = &residual[from..from + length];
+        let mean = part.iter().sum::<f64>() / length.max(1) as f64;
+        parts.push(part.iter().map(|r| r - mean).collect::<Vec<_>>());
+        from += length;
+    }
+    let total: f64 = parts.iter().flatten().map(|r| r * r).sum();
+    let longest = stretches.iter().copied().max().unwrap_or(0);
+    let rho = |lag: usize| {
+        let sum: f64 =
+            parts.iter().map(|p| p.iter().zip(p.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>()).sum();
+        sum / total
+    };
+    let significant = 2.0 / (residual.len().max(1) as f64).sqrt();
+    if total == 0.0 || longest < 8 || rho(1) < significant {
+        return 1.0;
+    }
+    1.0 + 2.0 * (1..longest / 2).map(rho).take_while(|&r| r > 0.0).sum::<f64>()
+}
+
+#[cfg(test)]
+#[path = "statistics_tests.rs"]
+mod tests;

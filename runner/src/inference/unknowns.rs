@@ -1,0 +1,494 @@
+//! What is fitted besides the effects, and how the values of the FMU's parameters follow from it.
+//!
+//! The force feels `mu alpha / 2` and `eta / G` of a branch, hardly `mu` and `alpha` one by one. So the optimiser's variables are
+//! `ln G`, `ln tau` and `ln |alpha|` of the equilibrium response and of each branch; `mu = 2 G / alpha` and `eta = G tau` follow.
+//! Branches are ordered by time: but for the fastest one the variable is `ln (tau / tau of the next faster one) > 0`, so that they
+//! cannot exchange. A parameter that the user bounds, fixes or ties under the FMU's name is a variable (or none) under that name,
+//! and so is every parameter of another FMU.
+
+use super::parameter::{FitParameter, Unit, internal_problem};
+use super::requests::{
+    Defaults, ParameterError, Requests, Tie, assignment, conflict, display_unit, holding, identification,
+    parse_bounds, parse_ties, symbol,
+};
+use crate::fit::{Bounds, FitError, Prior};
+use crate::pool::Wiring;
+use crate::setting::{number_in, split_assignment, variable_named};
+use nalgebra::DMatrix;
+use poropunch::variables;
+use std::collections::BTreeMap;
+
+/// What a variable of the optimiser is.
+#[derive(Debug, Clone, PartialEq)]
+enum Role {
+    /// The parameter of the same name.
+    Parameter,
+    /// Shear modulus of a group.
+    Modulus(usize),
+    /// Relaxation time of a group, over that of the next faster one where there is one.
+    Time(usize),
+}
+
+/// `mu`, `alpha` and, of a branch, `eta`.
+#[derive(Debug, Clone, PartialEq)]
+struct Group {
+    /// `material.equilibrium` or `material.branch[i]`.
+    prefix: String,
+    /// Place of the modulus among the variables.
+    modulus: usize,
+    /// Place of the exponent, or its value.
+    alpha: Result<usize, f64>,
+    /// Place of the time, of a branch.
+    time: Option<usize>,
+    /// The group of the next faster branch.
+    faster: Option<usize>,
+}
+
+/// From the optimiser's variables to the values of all parameters that are set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unknowns {
+    variables: Vec<FitParameter>,
+    roles: Vec<Role>,
+    groups: Vec<Group>,
+    free: Vec<FitParameter>,
+    fixed: BTreeMap<String, f64>,
+    ties: Vec<Tie>,
+    bounds: Bounds,
+    start: Vec<f64>,
+}
+
+/// Moduli and times are sought this factor either way of the start: two and a half decades.
+const EITHER_WAY: f64 = 316.227_766_016_837_9;
+/// Width of a variable's bounds in deviations of its prior: the bounds are where nobody expects it, and a truth ten times away
+/// from the centre costs less than one unit of chi^2.
+const BOUNDS_IN_DEVIATIONS: f64 = 4.0;
+
+impl Unknowns {
+    /// Variables that are parameters themselves.
+    #[cfg(test)]
+    pub fn of(parameters: Vec<FitParameter>) -> Self {
+        let (start, bounds) = internal_problem(&parameters).expect("bounds");
+        Self {
+            roles: vec![Role::Parameter; parameters.len()],
+            free: parameters.clone(),
+            variables: parameters,
+            groups: vec![],
+            fixed: BTreeMap::new(),
+            ties: vec![],
+            bounds,
+            start,
+        }
+    }
+
+    /// Resolves the requests against an FMU's parameters. `own` FMUs have defaults for what is fitted.
+    ///
+    /// # Errors
+    /// When a name, value, bound or tie is not usable.
+    pub fn new(wiring: &Wiring, own: bool, requests: &Requests) -> Result<Self, ParameterError> {
+        let ties = parse_ties(wiring, &requests.tie)?;
+        let defaults = &requests.defaults;
+        let mut fixed = defaults.fixed.clone();
+        for text in &requests.set {
+            let (variable, value) = assignment(wiring, text)?;
+            fixed.insert(variable.name.clone(), value);
+        }
+        let asked = if requests.free.is_empty() { &defaults.free } else { &requests.free };
+        let mut free = free_names(wiring, own, asked)?;
+        for text in &requests.fix {
+            let (name, value) = split_assignment(text).map_or((text.as_str(), None), |(n, v)| (n, Some(v)));
+            let variable = variable_named(wiring, name)?;
+            if requests.free.iter().any(|f| f == name) {
+                return Err(conflict(name, "free", "fixed"));
+            }
+            free.retain(|f| f != name);
+            if let Some(value) = value {
+                fixed.insert(name.to_owned(), number_in(variable, value)?);
+            }
+        }
+        for tie in &ties {
+            let name = &tie.name;
+            if requests.free.contains(name) || fixed.contains_key(name) {
+                return Err(conflict(name, "tied", if fixed.contains_key(name) { "fixed" } else { "free" }));
+            }
+            free.retain(|f| f != name);
+        }
+        if let Some(name) = free.iter().find(|f| requests.set.iter().any(|s| s.starts_with(&format!("{f}="))))
+        {
+            return Err(conflict(name, "set", "free (use --start for its start, or --fix)"));
+        }
+        let bounds = parse_bounds(wiring, &requests.bounds)?;
+        let mut starts = BTreeMap::new();
+        for text in &requests.start {
+            let (variable, value) = assignment(wiring, text)?;
+            starts.insert(variable.name.clone(), value);
+        }
+        if free.is_empty() {
+            return Err(ParameterError::NothingFree);
+        }
+        let mut built =
+            Builder { wiring, own, fixed: &fixed, ties: &ties, bounds: &bounds, starts: &starts, defaults }
+                .build(&free)?;
+        for tie in &ties {
+            // A tie to a parameter that nobody sets follows its start value.
+            if !free.contains(&tie.of) && !fixed.contains_key(&tie.of) {
+                let value = variable_named(wiring, &tie.of)?.start_number();
+                let value = value.ok_or_else(|| ParameterError::NoStart(tie.of.clone()))?;
+                fixed.insert(tie.of.clone(), value);
+            }
+        }
+        (built.fixed, built.ties) = (fixed, ties);
+        Ok(built)
+    }
+
+    /// The optimiser's variables.
+    pub fn variables(&self) -> &[FitParameter] {
+        &self.variables
+    }
+
+    /// The fitted parameters under the FMU's names.
+    pub fn free(&self) -> &[FitParameter] {
+        &self.free
+    }
+
+    /// Number of variables.
+    pub fn len(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// Whether nothing is fitted.
+    pub fn is_empty(&self) -> bool {
+        self.variables.is_empty()
+    }
+
+    /// Values that stay.
+    pub fn fixed(&self) -> &BTreeMap<String, f64> {
+        &self.fixed
+    }
+
+    /// Values that follow others.
+    pub fn ties(&self) -> &[Tie] {
+        &self.ties
+    }
+
+    /// Start of the optimiser's variables.
+    pub fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    /// Bounds of the optimiser's variables.
+    pub fn optimiser_bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    /// Bounds of the optimiser's variables, lower and upper.
+    pub fn bounds(&self) -> (&[f64], &[f64]) {
+        (self.bounds.lower(), self.bounds.upper())
+    }
+
+    /// Normal knowledge of the variables before the measurement: centred on the start, a quarter of the bounds wide.
+    pub fn prior(&self) -> Prior {
+        let (lower, upper) = self.bounds();
+        let width = |(l, u): (&f64, &f64)| (u - l) / BOUNDS_IN_DEVIATIONS;
+        Prior { mean: self.start.clone(), deviation: lower.iter().zip(upper).map(width).collect() }
+    }
+
+    /// Modulus, exponent and, of a branch, relaxation time of a group.
+    fn group(&self, k: usize, x: &[f64]) -> (f64, f64, Option<f64>) {
+        let g = &self.groups[k];
+        let alpha = g.alpha.map_or_else(|value| value, |j| self.variables[j].to_value(x[j]));
+        (x[g.modulus].exp(), alpha, g.time.map(|_| self.time(k, x)))
+    }
+
+    fn time(&self, k: usize, x: &[f64]) -> f64 {
+        let g = &self.groups[k];
+        let own = g.time.map_or(1.0, |j| x[j].exp());
+        g.faster.map_or(own, |faster| own * self.time(faster, x))
+    }
+
+    /// Values of every parameter that is set, at a point of the optimiser.
+    pub fn settings(&self, x: &[f64]) -> BTreeMap<String, f64> {
+        let mut values = self.fixed.clone();
+        for ((variable, role), &x) in self.variables.iter().zip(&self.roles).zip(x) {
+            if *role == Role::Parameter {
+                values.insert(variable.name.clone(), variable.to_value(x));
+            }
+        }
+        for (k, group) in self.groups.iter().enumerate() {
+            let (modulus, alpha, time) = self.group(k, x);
+            values.insert(format!("{}.mu", group.prefix), 2.0 * modulus / alpha);
+            if let Some(time) = time {
+                values.insert(format!("{}.eta", group.prefix), modulus * time);
+            }
+        }
+        for tie in &self.ties {
+            if let Some(value) = values.get(&tie.of) {
+                values.insert(tie.name.clone(), tie.factor * value);
+            }
+        }
+        values
+    }
+
+    /// Every parameter that follows the optimiser's variable `j`, with its change per unit of it at `x`.
+    pub fn slopes(&self, x: &[f64], j: usize) -> Vec<(String, f64)> {
+        let mu = |k: usize| format!("{}.mu", self.groups[k].prefix);
+        let eta = |k: usize| format!("{}.eta", self.groups[k].prefix);
+        let mut slopes = match self.roles[j] {
+            Role::Parameter => {
+                let variable = &self.variables[j];
+                let slope = variable.slope(x[j]);
+                let exponent_of = (0..self.groups.len()).filter(|&k| self.groups[k].alpha == Ok(j));
+                let through = exponent_of.map(|k| {
+                    let (modulus, alpha, _) = self.group(k, x);
+                    (mu(k), -2.0 * modulus / (alpha * alpha) * slope)
+                });
+                std::iter::once((variable.name.clone(), slope)).chain(through).collect::<Vec<_>>()
+            }
+            Role::Modulus(k) => {
+                let (modulus, alpha, time) = self.group(k, x);
+                let viscosity = time.map(|time| (eta(k), modulus * time));
+                std::iter::once((mu(k), 2.0 * modulus / alpha)).chain(viscosity).collect()
+            }
+            Role::Time(k) => {
+                let slower = (0..self.groups.len()).filter(|&g| self.is_as_slow(g, k));
+                slower.map(|g| (eta(g), x[self.groups[g].modulus].exp() * self.time(g, x))).collect()
+            }
+        };
+        let tied = |tie: &Tie| {
+            let of = slopes.iter().find(|(name, _)| *name == tie.of)?;
+            Some((tie.name.clone(), tie.factor * of.1))
+        };
+        let tied: Vec<(String, f64)> = self.ties.iter().filter_map(tied).collect();
+        slopes.extend(tied);
+        slopes
+    }
+
+    /// Whether the time of group `g` is counted from that of group `k`, or is it.
+    fn is_as_slow(&self, g: usize, k: usize) -> bool {
+        g == k || self.groups[g].faster.is_some_and(|faster| self.is_as_slow(faster, k))
+    }
+
+    /// The variables as people count them, with the change of each per unit of the optimiser's variables (rows): every relaxation time
+    /// by itself instead of its ratio to the next faster one.
+    pub fn terms(&self) -> (Vec<FitParameter>, DMatrix<f64>) {
+        let mut rows = DMatrix::identity(self.len(), self.len());
+        let mut terms = self.variables.clone();
+        for (j, role) in self.roles.iter().enumerate() {
+            let Role::Time(k) = *role else { continue };
+            let mut faster = self.groups[k].faster;
+            while let Some(g) = faster {
+                if let Some(time) = self.groups[g].time {
+                    rows[(j, time)] = 1.0;
+                    terms[j] = product(&terms[j], &self.variables[time]);
+                }
+                faster = self.groups[g].faster;
+            }
+            if self.groups[k].faster.is_some() {
+                let label = label(&self.groups[k].prefix);
+                terms[j].name = format!("relaxation_time[{label}]");
+                terms[j].symbol = format!("tau_{label}");
+            }
+        }
+        (terms, rows)
+    }
+
+    /// Variables that a fitted parameter follows, with its change per unit of each.
+    pub fn gradient(&self, x: &[f64], name: &str) -> Vec<(usize, f64)> {
+        let of = |j: usize| self.slopes(x, j).into_iter().find(|(n, _)| n == name).map(|(_, s)| (j, s));
+        (0..self.len()).filter_map(of).collect()
+    }
+}
+
+/// Product of two positive variables.
+fn product(a: &FitParameter, b: &FitParameter) -> FitParameter {
+    FitParameter {
+        unit: b.unit.clone(),
+        start: a.start * b.start,
+        lower: a.lower * b.lower,
+        upper: a.upper * b.upper,
+        ..a.clone()
+    }
+}
+
+fn free_names(wiring: &Wiring, own: bool, asked: &[String]) -> Result<Vec<String>, ParameterError> {
+    if asked.is_empty() && own {
+        let free = variables::identifiable().filter(|(_, i)| i.free);
+        return Ok(free.map(|(v, _)| v.name.to_owned()).collect());
+    }
+    asked.iter().map(|name| Ok(variable_named(wiring, name)?.name.clone())).collect()
+}
+
+/// Number of the branch that a parameter belongs to.
+pub(super) fn branch_of(name: &str) -> Option<usize> {
+    name.strip_prefix("material.branch[")?.split_once(']')?.0.parse().ok()
+}
+
+/// What the variables are made from.
+struct Builder<'a> {
+    wiring: &'a Wiring,
+    own: bool,
+    fixed: &'a BTreeMap<String, f64>,
+    ties: &'a [Tie],
+    bounds: &'a BTreeMap<String, [f64; 2]>,
+    starts: &'a BTreeMap<String, f64>,
+    defaults: &'a Defaults,
+}
+
+/// A branch's number or `inf`, as in symbols.
+fn label(prefix: &str) -> String {
+    branch_of(prefix).map_or_else(|| "inf".to_owned(), |i| i.to_string())
+}
+
+impl Builder<'_> {
+    /// What the user gave, what the data say, or the FMU's own value.
+    fn start_of(&self, name: &str) -> Option<f64> {
+        let told = || self.defaults.start.get(name).map(|(start, _)| *start);
+        let own = || self.wiring.parameters.get(name).and_then(|v| v.start_number());
+        self.starts.get(name).copied().or_else(told).or_else(own)
+    }
+
+    fn start(&self, name: &str) -> Result<f64, ParameterError> {
+        self.start_of(name).ok_or_else(|| ParameterError::NoStart(name.to_owned()))
+    }
+
+    fn value(&self, name: &str) -> Option<f64> {
+        self.fixed.get(name).copied().or_else(|| self.start_of(name))
+    }
+
+    /// A variable for the parameter itself.
+    fn parameter(&self, name: &str) -> Result<FitParameter, ParameterError> {
+        // A further branch is sought where the first one is.
+        let like =
+            branch_of(name).map_or_else(|| name.to_owned(), |i| name.replace(&format!("[{i}]"), "[1]"));
+        let known = || {
+            let found = identification(self.own, name).or_else(|| identification(self.own, &like));
+            found.map(|i| [i.lower, i.upper])
+        };
+        let (given, told) = (self.starts.get(name), self.defaults.start.get(name));
+        let limits = match (self.bounds.get(name), told) {
+            (Some(bounds), _) => Some(*bounds),
+            (None, Some((_, bounds))) => Some(given.map_or(*bounds, |start| holding(*bounds, *start))),
+            (None, None) => known(),
+        };
+        let limits = limits.ok_or_else(|| ParameterError::NoBounds(name.to_owned()))?;
+        let unit = display_unit(variable_named(self.wiring, name)?);
+        let start = match given {
+            Some(start) => *start,
+            // What the data say gives way to the user's bounds.
+            None if told.is_some() => {
+                self.start(name)?.clamp(limits[0].min(limits[1]), limits[1].max(limits[0]))
+            }
+            None => self.start(name)?,
+        };
+        Ok(FitParameter::new(name, &symbol(name), unit, start, limits)?)
+    }
+
+    /// Modulus, exponent and time of the group at the start, where its parameters are fitted through them.
+    fn group(&self, prefix: &str, free: &[String]) -> Option<(f64, f64, Option<f64>)> {
+        let is_branch = branch_of(prefix).is_some();
+        let (mu, alpha, eta) = (format!("{prefix}.mu"), format!("{prefix}.alpha"), format!("{prefix}.eta"));
+        let untied = |name: &String| !self.ties.iter().any(|t| t.name == *name || t.of == *name);
+        let through = |name: &String| free.contains(name) && !self.bounds.contains_key(name) && untied(name);
+        let told = self.defaults.start.get(&alpha).map(|(_, bounds)| *bounds);
+        let sign = self.bounds.get(&alpha).copied().or(told).unwrap_or([-1.0, -1.0]);
+        if !(self.own && through(&mu) && (!is_branch || through(&eta)))
+            || !untied(&alpha)
+            || sign[0] * sign[1] <= 0.0
+        {
+            return None;
+        }
+        let exponent = self.value(&alpha)?;
+        let modulus = 0.5 * self.start(&mu).ok()? * exponent;
+        let time = is_branch.then(|| self.start(&eta).ok().map(|eta| eta / modulus));
+        let time = match time {
+            Some(time) => Some(time?),
+            None => None,
+        };
+        (modulus > 0.0 && time.is_none_or(|t| t > 0.0)).then_some((modulus, exponent, time))
+    }
+
+    fn build(&self, free: &[String]) -> Result<Unknowns, ParameterError> {
+        let place = |name: String| free.iter().position(|f| *f == name);
+        let mut groups: Vec<(Group, [f64; 2])> = Vec::new();
+        for name in free {
+            let Some(prefix) = name.strip_suffix(".mu") else { continue };
+            let (Some((modulus_pa, exponent, time_s)), Some(modulus)) =
+                (self.group(prefix, free), place(name.clone()))
+            else {
+                continue;
+            };
+            let alpha = place(format!("{prefix}.alpha")).ok_or(exponent);
+            let time = time_s.and_then(|_| place(format!("{prefix}.eta")));
+            let group = Group { prefix: prefix.to_owned(), modulus, alpha, time, faster: None };
+            groups.push((group, [modulus_pa, time_s.unwrap_or(0.0)]));
+        }
+        // From the fastest to the slowest; the equilibrium response, which has no time, comes first.
+        groups.sort_by(|(_, a), (_, b)| a[1].total_cmp(&b[1]));
+        for k in 1..groups.len() {
+            groups[k].0.faster = groups[k - 1].0.time.map(|_| k - 1);
+        }
+        let (mut variables, mut roles) = (Vec::new(), Vec::new());
+        for (j, name) in free.iter().enumerate() {
+            let modulus = groups.iter().position(|(g, _)| g.modulus == j);
+            let time = groups.iter().position(|(g, _)| g.time == Some(j));
+            let (variable, role) = match (modulus, time) {
+                (Some(k), _) => (modulus_variable(&groups[k])?, Role::Modulus(k)),
+                (_, Some(k)) => (time_variable(&groups, k)?, Role::Time(k)),
+                _ => (self.parameter(name)?, Role::Parameter),
+            };
+            variables.push(variable);
+            roles.push(role);
+        }
+        let (start, bounds) = internal_problem(&variables)?;
+        let (fixed, ties) = (BTreeMap::new(), vec![]);
+        let groups = groups.into_iter().map(|(g, _)| g).collect();
+        let mut unknowns = Unknowns { variables, roles, groups, free: vec![], fixed, ties, bounds, start };
+        unknowns.free =
+            free.iter().enumerate().map(|(j, n)| self.reported(&unknowns, j, n)).collect::<Result<_, _>>()?;
+        Ok(unknowns)
+    }
+
+    /// A fitted parameter under the FMU's name, with the range that the variables leave it.
+    fn reported(&self, unknowns: &Unknowns, j: usize, name: &str) -> Result<FitParameter, ParameterError> {
+        if unknowns.roles[j] == Role::Parameter {
+            return Ok(unknowns.variables[j].clone());
+        }
+        let (lower, upper) = unknowns.bounds();
+        let start = unknowns.settings(&unknowns.start)[name];
+        // All of them act on the logarithm of the size, one by one.
+        let (mut low, mut high) = (start, start);
+        for (k, slope) in unknowns.gradient(&unknowns.start, name) {
+            let rate = slope / start;
+            let ends = [lower[k], upper[k]].map(|x| rate * (x - unknowns.start[k]));
+            low *= ends[0].min(ends[1]).exp();
+            high *= ends[0].max(ends[1]).exp();
+        }
+        let unit = display_unit(variable_named(self.wiring, name)?);
+        let limits = [low.min(high), low.max(high)];
+        Ok(FitParameter::new(name, &symbol(name), unit, start.clamp(limits[0], limits[1]), limits)?)
+    }
+}
+
+fn modulus_variable((group, [modulus_pa, _]): &(Group, [f64; 2])) -> Result<FitParameter, FitError> {
+    let label = label(&group.prefix);
+    let limits = [modulus_pa / EITHER_WAY, modulus_pa * EITHER_WAY];
+    let (name, symbol) = (format!("shear_modulus[{label}]"), format!("G_{label}"));
+    FitParameter::new(&name, &symbol, Unit::new("Pa", 1.0), *modulus_pa, limits)
+}
+
+fn time_variable(groups: &[(Group, [f64; 2])], k: usize) -> Result<FitParameter, FitError> {
+    let (group, [_, time_s]) = &groups[k];
+    let own = label(&group.prefix);
+    let Some(faster) = group.faster else {
+        let limits = [time_s / EITHER_WAY, time_s * EITHER_WAY];
+        let (name, symbol) = (format!("relaxation_time[{own}]"), format!("tau_{own}"));
+        return FitParameter::new(&name, &symbol, Unit::new("s", 1.0), *time_s, limits);
+    };
+    let (other, ratio) = (label(&groups[faster].0.prefix), time_s / groups[faster].1[1]);
+    let name = format!("relaxation_time[{own}] / relaxation_time[{other}]");
+    let symbol = format!("tau_{own} / tau_{other}");
+    FitParameter::new(&name, &symbol, Unit::new("", 1.0), ratio, [1.0, ratio * EITHER_WAY])
+}
+
+#[cfg(test)]
+#[path = "unknowns_tests.rs"]
+mod tests;
