@@ -18,6 +18,7 @@ pub mod engine;
 pub mod fit;
 pub mod fmi;
 pub mod identification;
+pub mod inference;
 pub mod inspection;
 pub mod noise;
 pub mod objective;

@@ -12,7 +12,7 @@ mod jacobian_load;
 
 pub use dataset::{Dataset, DatasetError, Weights};
 pub use jacobian_load::JacobianLoad;
-pub use parameters::{ParameterError, ParameterMap, Requests};
+pub use parameters::{Defaults, ParameterError, ParameterMap, Requests};
 
 use crate::engine::Engine;
 use crate::fit::{EvaluationFailure, Problem};

@@ -24,6 +24,19 @@ pub struct Requests {
     pub bounds: Vec<String>,
     /// `NAME=VALUE[UNIT]`.
     pub start: Vec<String>,
+    /// What holds where nothing was asked for.
+    pub defaults: Defaults,
+}
+
+/// What holds where the user said nothing, told by the data; empty: the variable table's.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Defaults {
+    /// What is fitted; the variable table's choice when empty.
+    pub free: Vec<String>,
+    /// Values that stay.
+    pub fixed: BTreeMap<String, f64>,
+    /// Starts, each with its bounds.
+    pub start: BTreeMap<String, (f64, [f64; 2])>,
 }
 
 /// A request that cannot be met.
@@ -90,12 +103,14 @@ impl ParameterMap {
     /// When a name, value, bound or tie is not usable.
     pub fn new(wiring: &Wiring, own: bool, requests: &Requests) -> Result<Self, ParameterError> {
         let ties = parse_ties(wiring, &requests.tie)?;
-        let mut fixed = BTreeMap::new();
+        let defaults = &requests.defaults;
+        let mut fixed = defaults.fixed.clone();
         for text in &requests.set {
             let (variable, value) = assignment(wiring, text)?;
             fixed.insert(variable.name.clone(), value);
         }
-        let mut free = free_names(wiring, own, &requests.free)?;
+        let asked = if requests.free.is_empty() { &defaults.free } else { &requests.free };
+        let mut free = free_names(wiring, own, asked)?;
         for text in &requests.fix {
             let (name, value) = split_assignment(text).map_or((text.as_str(), None), |(n, v)| (n, Some(v)));
             let variable = variable_named(wiring, name)?;
@@ -125,11 +140,17 @@ impl ParameterMap {
         for name in &free {
             let variable = variable_named(wiring, name)?;
             let given = starts.iter().find(|(v, _)| v.name == *name).map(|(_, value)| *value);
-            let start =
-                given.or(variable.start_number()).ok_or_else(|| ParameterError::NoStart(name.clone()))?;
+            let told = defaults.start.get(name);
             let known = || identification(own, name).map(|i| [i.lower, i.upper]);
-            let limits = bounds.get(name).copied().or_else(known);
+            let limits = match (bounds.get(name), told) {
+                (Some(bounds), _) => Some(*bounds),
+                (None, Some((_, bounds))) => Some(given.map_or(*bounds, |start| holding(*bounds, start))),
+                (None, None) => known(),
+            };
             let limits = limits.ok_or_else(|| ParameterError::NoBounds(name.clone()))?;
+            let told = told.map(|(start, _)| start.clamp(limits[0].min(limits[1]), limits[1].max(limits[0])));
+            let start = given.or(told).or(variable.start_number());
+            let start = start.ok_or_else(|| ParameterError::NoStart(name.clone()))?;
             parameters.push(FitParameter::new(name, &symbol(name), display_unit(variable), start, limits)?);
         }
         if parameters.is_empty() {
@@ -197,6 +218,17 @@ impl ParameterMap {
         }
         values
     }
+}
+
+/// Bounds of one sign stretched to a decade beyond a start of that sign: what the user says wins over what the data say.
+fn holding([lower, upper]: [f64; 2], start: f64) -> [f64; 2] {
+    const DECADE: f64 = 10.0;
+    if start * lower <= 0.0 || (lower..=upper).contains(&start) {
+        return [lower, upper];
+    }
+    let (near, far) =
+        if start < 0.0 { (start / DECADE, start * DECADE) } else { (start * DECADE, start / DECADE) };
+    [lower.min(far), upper.max(near)]
 }
 
 fn conflict(name: &str, first: &'static str, second: &'static str) -> ParameterError {

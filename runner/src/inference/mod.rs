@@ -1,0 +1,3 @@
+//! Inference: from measurements to what they say about the unknowns.
+
+pub mod start;
