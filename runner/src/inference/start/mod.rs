@@ -73,14 +73,11 @@ impl Start {
     /// The same from their rows.
     pub fn from_records(records: &[Record], known: &Known, least: usize) -> Option<Self> {
         let deepest = records.iter().max_by(|a, b| a.depth_m.total_cmp(&b.depth_m))?;
-        let grid = record::grid(records);
-        let (mut force, mut columns) = (Vec::new(), vec![Vec::new(); grid.len() + 1]);
-        for record in records {
-            let (rows, parts) = record.system(&record.law(&known.rig), &grid);
-            force.extend(rows);
-            columns.iter_mut().zip(parts).for_each(|(all, part)| all.extend(part));
-        }
-        let series = prony::Problem::new(grid, &columns, &force).best(least, MOST_BRANCHES);
+        let rig = &known.rig;
+        let all = problem(records, rig).best(MOST_BRANCHES, MOST_BRANCHES);
+        let widened = |record: &Record| record.clone().widened(&record.law(rig), &all);
+        let widened: Vec<Record> = records.iter().map(widened).collect();
+        let series = problem(&widened, rig).best(least, MOST_BRANCHES);
         let instantaneous = series.equilibrium_pa + series.branches.iter().map(|b| b.1).sum::<f64>();
         if !(instantaneous > 0.0 && instantaneous.is_finite()) {
             return None;
@@ -102,4 +99,16 @@ impl Start {
     pub fn instantaneous_pa(&self) -> f64 {
         self.equilibrium_pa + self.branches.iter().map(|b| b.shear_pa).sum::<f64>()
     }
+}
+
+/// The series' problem of all rows.
+fn problem(records: &[Record], rig: &Rig) -> prony::Problem {
+    let grid = record::grid(records);
+    let (mut force, mut columns) = (Vec::new(), vec![Vec::new(); grid.len() + 1]);
+    for record in records {
+        let (rows, parts) = record.system(&record.law(rig), &grid);
+        force.extend(rows);
+        columns.iter_mut().zip(parts).for_each(|(all, part)| all.extend(part));
+    }
+    prony::Problem::new(grid, &columns, &force)
 }

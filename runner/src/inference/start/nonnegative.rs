@@ -61,7 +61,7 @@ mod tests {
         // The unconstrained minimum is (2, -1); with x_2 = 0 it is 3 / 2.
         let (a, b) = (vec![vec![2.0, 1.0], vec![1.0, 2.0]], vec![3.0, 0.0]);
         let (x, value) = minimise(&a, &b, &[0, 1]);
-        assert_eq!((x, value), (vec![1.5, 0.0], -4.5));
+        assert!((x[0] - 1.5).abs() < 1e-12 && x[1] == 0.0 && (value + 4.5).abs() < 1e-12, "{x:?} {value}");
         let (x, _) = minimise(&a, &[3.0, 3.0], &[0, 1]);
         assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-12));
         assert_eq!(minimise(&a, &[-1.0, -1.0], &[0, 1]), (vec![0.0, 0.0], 0.0));
