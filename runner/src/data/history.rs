@@ -44,7 +44,7 @@ fn reduced(points: &[Point]) -> Vec<Point> {
     let reach = points.iter().fold(0.0_f64, |r, p| r.max(p.1.abs()));
     let mut tolerance = tolerances(points, RELATIVE_TOLERANCE * reach);
     let mut found = corners(points, |i| tolerance[i]);
-    while tolerance.iter().copied().fold(0.0, f64::max) < LARGEST_TOLERANCE * reach {
+    while tolerance.iter().copied().fold(f64::INFINITY, f64::min) < LARGEST_TOLERANCE * reach {
         let wider: Vec<f64> = tolerance.iter().map(|t| 2.0 * t).collect();
         let fewer = corners(points, |i| wider[i]);
         if (fewer.len() - 1) as f64 > NOISE_LEAVES * (found.len() - 1) as f64 {
@@ -134,7 +134,7 @@ fn meeting(points: &[Point], tolerance: &[f64], corners: &[Point]) -> Vec<Point>
             // Two samples to either side; farther where the polyline passes there.
             let index = |corner: usize| points.partition_point(|p| p.0 < corners[corner].0);
             let (from, to) = (index(k).saturating_sub(2), (index(after) + 2).min(points.len() - 1));
-            let between = time > corners[k - 1].0 && time < corners[after + 1].0;
+            let between = time > knots[k - 1].0 && time < corners[after + 1].0;
             let near = time > points[from].0 && time < points[to].0;
             if between && (near || (level - level_at(corners, time)).abs() <= 2.0 * tolerance[from]) {
                 let meet = (time, level);
