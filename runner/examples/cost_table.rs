@@ -43,7 +43,8 @@ fn main() -> Result<(), Error> {
             };
             let parameters = ParameterMap::new(engine.wiring(), engine.is_own(), &requests)?;
             let single = single_run(&engine, &dataset, &parameters)?;
-            let options = FitOptions { starts: 1, seed: 1, step: 0.01, max_evaluations: 60 };
+            let options =
+                FitOptions { starts: 1, seed: 1, step: 0.01, max_evaluations: 60, least_gain: None };
             let (start, before) = (Instant::now(), engine.pool().run_seconds());
             let found =
                 identify(&engine, std::slice::from_ref(&dataset), &parameters, &options, &mut |_, _| {})?;

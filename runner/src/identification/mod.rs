@@ -5,13 +5,16 @@
 //! ```
 
 pub mod report;
+pub mod rough;
 pub mod settings;
 
 pub use settings::{FitSettings, JacobianSource, Settings, SettingsError, Source};
 
 use crate::engine::Engine;
 use crate::fit::multi_start::minimise_from_many;
-use crate::fit::{CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options};
+use crate::fit::{
+    CommonError, FitError, IterationRecord, MultiStart, MultiStartOptions, Noise, Options, Problem,
+};
 use crate::noise::{Common, Observation, hat_at, test_noise};
 use crate::objective::{Dataset, JacobianLoad, Objective, ParameterMap};
 use crate::pool::{ForceCurve, Priority, Run};
@@ -31,6 +34,8 @@ pub struct FitOptions {
     pub step: f64,
     /// Largest number of evaluations per start.
     pub max_evaluations: usize,
+    /// An iteration that lowers chi^2 by a smaller part ends the fit; what the Jacobian is worth, where absent.
+    pub least_gain: Option<f64>,
 }
 
 /// What a fit gives.
@@ -70,14 +75,23 @@ pub fn identify(
     options: &FitOptions,
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Identification, FitError> {
+    if rough::applies(engine, parameters) {
+        return rough::identify(engine, datasets, parameters, options, observe);
+    }
+    directly(engine, datasets, parameters, options, observe)
+}
+
+/// The same by runs of the model as it is, alone.
+fn directly(
+    engine: &Engine,
+    datasets: &[Dataset],
+    parameters: &ParameterMap,
+    options: &FitOptions,
+    observe: &mut dyn FnMut(usize, &IterationRecord),
+) -> Result<Identification, FitError> {
     let mut objective = Objective::new(engine, datasets, parameters, options.step);
     let many = MultiStartOptions { starts: options.starts.max(1), refined: REFINED, seed: options.seed };
-    let exact = objective.exact_columns() == parameters.free().len();
-    let trust = Options {
-        max_evaluations: options.max_evaluations,
-        chi_square_tolerance: CHI_SQUARE_TOLERANCE[usize::from(exact)],
-        ..Options::for_log_parameters(JACOBIAN_ACCURACY[usize::from(exact)])
-    };
+    let trust = trust_region(&objective, options);
     let mut watch = |start: usize, record: &IterationRecord| {
         observe(start, record);
         if engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -88,6 +102,16 @@ pub fn identify(
     let (load, failed_points) = (objective.load(), objective.failed());
     let exact_derivatives = objective.exact_columns();
     Ok(Identification { search, values, load, failed_points, exact_derivatives })
+}
+
+/// Options of the optimiser.
+fn trust_region(objective: &Objective, options: &FitOptions) -> Options {
+    let exact = usize::from(objective.exact_columns() == objective.dimension());
+    Options {
+        max_evaluations: options.max_evaluations,
+        chi_square_tolerance: options.least_gain.unwrap_or(CHI_SQUARE_TOLERANCE[exact]),
+        ..Options::for_log_parameters(JACOBIAN_ACCURACY[exact])
+    }
 }
 
 /// What is known about the noise in the residuals of all datasets.

@@ -294,6 +294,6 @@ impl FitSettings {
             return Err(SettingsError::BadStep(self.fd_step));
         }
         let (starts, seed, step) = (self.starts, self.seed, self.fd_step);
-        Ok(super::FitOptions { starts, seed, step, max_evaluations: self.max_evaluations })
+        Ok(super::FitOptions { starts, seed, step, max_evaluations: self.max_evaluations, least_gain: None })
     }
 }

@@ -168,6 +168,21 @@ impl ParameterMap {
         Ok(Self { free: parameters, fixed, ties, bounds, start })
     }
 
+    /// The same with further values that stay.
+    #[must_use]
+    pub fn with_fixed(mut self, values: &[(&str, f64)]) -> Self {
+        self.fixed.extend(values.iter().map(|(name, value)| ((*name).to_owned(), *value)));
+        self
+    }
+
+    /// The same from another start of the optimiser's variables, within the bounds.
+    #[must_use]
+    pub fn starting_at(mut self, x: &[f64]) -> Self {
+        let bounds = self.bounds.lower().iter().zip(self.bounds.upper());
+        self.start = x.iter().zip(bounds).map(|(x, (lower, upper))| x.clamp(*lower, *upper)).collect();
+        self
+    }
+
     /// The fitted parameters.
     pub fn free(&self) -> &[FitParameter] {
         &self.free
