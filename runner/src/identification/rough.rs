@@ -14,14 +14,14 @@ use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
 const ROUGH: [(&str, f64); 3] =
-    [("mesh.preset", 1.0), ("solver.tolerance", 3e-3), ("solver.newton_tolerance", 1e-6)];
+    [("mesh.preset", 1.0), ("solver.tolerance", 1e-2), ("solver.newton_tolerance", 1e-6)];
 /// Such a part of chi^2 is less than what the rough model is wrong by.
 const FIRST_GAIN: f64 = 1e-2;
-/// Corrected, chi^2 is followed as far as noise could tell: a tenth of one point of some hundred.
-const CORRECTED_GAIN: f64 = 3e-4;
+/// Corrected, an iteration is worth its runs where it lowers chi^2 by this part: a tenth of a point of a hundred.
+const CORRECTED_GAIN: f64 = 1e-3;
 /// The corrected model foresees the other one where the sum of their squared differences is below this part of chi^2: no
 /// further correction lowers chi^2 by more than about that.
-const FORESEEN: f64 = 1e-3;
+const FORESEEN: f64 = 1e-2;
 /// Corrections shrink the difference by a factor of ten or more each; where so many do not suffice, something else is wrong.
 const MOST_CORRECTIONS: usize = 4;
 

@@ -148,7 +148,7 @@ impl ParameterMap {
                 (None, None) => known(),
             };
             let limits = limits.ok_or_else(|| ParameterError::NoBounds(name.clone()))?;
-            let told = told.map(|(start, _)| start.clamp(limits[0].min(limits[1]), limits[1].max(limits[0])));
+            let told = told.map(|(start, _)| start.max(limits[0]).min(limits[1]));
             let start = given.or(told).or(variable.start_number());
             let start = start.ok_or_else(|| ParameterError::NoStart(name.clone()))?;
             parameters.push(FitParameter::new(name, &symbol(name), display_unit(variable), start, limits)?);
