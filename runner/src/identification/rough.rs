@@ -19,9 +19,9 @@ const ROUGH: [(&str, f64); 3] =
 const FIRST_GAIN: f64 = 1e-2;
 /// Corrected, an iteration is worth its runs where it lowers chi^2 by this part: a tenth of a point of a hundred.
 const CORRECTED_GAIN: f64 = 1e-3;
-/// The corrected model foresees the other one where the sum of their squared differences is below this part of chi^2: no
-/// further correction lowers chi^2 by more than about that.
-const FORESEEN: f64 = 1e-2;
+/// The fit has settled where the corrected model foresees the other one, the sum of their squared differences being below this part
+/// of chi^2, or where a correction has lowered the other one's chi^2 by less than that.
+const SETTLED: f64 = 1e-2;
 /// Corrections shrink the difference by a factor of ten or more each; where so many do not suffice, something else is wrong.
 const MOST_CORRECTIONS: usize = 4;
 
@@ -57,11 +57,13 @@ pub fn identify(
         Corrected { rough: Objective::new(engine, datasets, &rough, options.step), offset: vec![] };
     let trust =
         trust_region(&twin.rough, &FitOptions { least_gain: Some(CORRECTED_GAIN), ..options.clone() });
+    let sum = |residual: &[f64]| residual.iter().map(|r| r * r).sum::<f64>();
     let mut asked = residuals(engine, datasets, parameters, &start);
     for _ in 0..MOST_CORRECTIONS {
         let Some(residual) = asked.filter(|_| found.search.best.stop != StopReason::StopRequested) else {
             break;
         };
+        let before = sum(&residual);
         twin.correct(&found.search.best, &residual);
         let best =
             minimise(&mut twin, &found.search.best.x, parameters.optimiser_bounds(), &trust, &mut watch)?;
@@ -69,8 +71,9 @@ pub fn identify(
         asked = residuals(engine, datasets, parameters, &found.search.best.x);
         let Some(residual) = asked.as_ref() else { break };
         let differences = residual.iter().zip(&found.search.best.residual).map(|(a, b)| (a - b).powi(2));
-        let chi_square: f64 = residual.iter().map(|r| r * r).sum();
-        if differences.sum::<f64>() <= FORESEEN * chi_square {
+        let (differences, chi_square) = (differences.sum::<f64>(), sum(residual));
+        let little = SETTLED * chi_square;
+        if differences <= little || (0.0..=little).contains(&(before - chi_square)) {
             let best = &mut found.search.best;
             best.residual.clone_from(residual);
             best.chi_square = chi_square;
