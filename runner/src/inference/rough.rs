@@ -17,10 +17,10 @@ use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
 const ROUGH: [(&str, f64); 3] =
-    [("mesh.preset", 1.0), ("solver.tolerance", 3e-3), ("solver.newton_tolerance", 1e-6)];
-/// The corrected model foresees the other one where their squared difference is less than this in units of the covariance: no
-/// further correction lowers chi^2 by more than about that.
-const FORESEEN: f64 = 0.1;
+    [("mesh.preset", 1.0), ("solver.tolerance", 1e-2), ("solver.newton_tolerance", 1e-6)];
+/// The corrected model foresees the other one where their squared difference is less than this part of the number of points, in units
+/// of the covariance: no further correction lowers chi^2 by more than about that.
+const FORESEEN: f64 = 1e-2;
 /// Corrections shrink the difference by a factor of ten or more each; where so many do not suffice, something else is wrong.
 const MOST_CORRECTIONS: usize = 4;
 
@@ -61,7 +61,7 @@ pub fn search_roughly(
         let change =
             DVector::from_iterator(offset.len(), apart.iter().zip(&offset).map(|(new, old)| new - old));
         offset = apart;
-        if covariance.apply(&change).norm_squared() <= FORESEEN {
+        if covariance.apply(&change).norm_squared() <= FORESEEN * measured.len() as f64 {
             let fit = Fit::at(setup, &[], covariance, solution)?;
             return Ok(Found { fit, ..found });
         }

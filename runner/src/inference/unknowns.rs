@@ -392,9 +392,7 @@ impl Builder<'_> {
         let start = match given {
             Some(start) => *start,
             // What the data say gives way to the user's bounds.
-            None if told.is_some() => {
-                self.start(name)?.clamp(limits[0].min(limits[1]), limits[1].max(limits[0]))
-            }
+            None if told.is_some() => self.start(name)?.max(limits[0]).min(limits[1]),
             None => self.start(name)?,
         };
         Ok(FitParameter::new(name, &symbol(name), unit, start, limits)?)
