@@ -1,7 +1,6 @@
 //! What a user can set: material, geometry, mesh, boundary conditions, solver.
 
 pub use crate::contact::parameters::*;
-use crate::contact::profile::LARGEST_CAP;
 use crate::effect::{Access, EffectParameters};
 use crate::error::ParameterError;
 pub use crate::law::parameters::*;
@@ -106,8 +105,7 @@ impl Parameters {
         };
         match i.profile {
             IndenterProfile::Sphere => {
-                let least = self.geometry.punch_radius / LARGEST_CAP;
-                within("indenter.sphere_radius", i.sphere_radius, least, f64::MAX)?;
+                within("indenter.sphere_radius", i.sphere_radius, self.geometry.punch_radius, f64::MAX)?;
             }
             _ => only(
                 i.sphere_radius != default.sphere_radius,

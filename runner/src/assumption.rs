@@ -95,7 +95,7 @@ fn acts(a: &Assumption, all: &[Assumption]) -> bool {
 }
 
 /// Items in lines of `width` characters at most, broken between words.
-fn wrapped(head: &str, items: &[String], separator: &str, width: usize) -> String {
+pub fn wrapped(head: &str, items: &[String], separator: &str, width: usize) -> String {
     let text = format!("{head}{}", items.join(separator));
     let mut out = String::new();
     let mut column = 0;

@@ -353,7 +353,7 @@ fn refusals() {
     }));
     assert!(range(|p| {
         p.indenter.profile = IndenterProfile::Sphere;
-        p.indenter.sphere_radius = 2.1e-3;
+        p.indenter.sphere_radius = 1.9e-3;
     }));
     assert!(range(|p| {
         p.indenter.profile = IndenterProfile::Cone;

@@ -19,3 +19,8 @@ pub fn of(engine: &Engine, given: &BTreeMap<String, f64>, fitted: &[&str]) -> Ve
 pub fn lines(engine: &Engine, given: &BTreeMap<String, f64>, fitted: &[&str]) -> Vec<String> {
     crate::assumption::lines(&of(engine, given, fitted), WIDTH)
 }
+
+/// A text in lines of the terminal's width, broken between words.
+pub fn wrapped_line(head: &str, text: &str) -> String {
+    crate::assumption::wrapped(head, &[text.to_owned()], "", WIDTH)
+}

@@ -1,18 +1,20 @@
 //! `runner identify`: measurements in, parameters and what they are worth out.
 
 use super::assumed;
+use super::assumed::wrapped_line;
 use super::engine_args::{EngineArguments, show_notes};
 use super::exit::{RefusedData, UsageError};
 use super::idle;
 use super::progress::Progress;
 use super::report::{RESULT, write_views};
 use super::{CliResult, Ending};
-use crate::data::{Reading, Wanted, read_tests};
+use crate::data::{Measurement, Reading, Wanted, read_tests};
 use crate::engine::Engine;
 use crate::identification::profiles;
 use crate::identification::report::{Context, report};
 use crate::identification::{FitSettings, JacobianSource, Settings, identify};
-use crate::inference::{Setup, Unknowns};
+use crate::inference::start::{Known, Mentioned, Start};
+use crate::inference::{Requests, Setup, Unknowns};
 use crate::noise::{Observation, Uncertainty, Weights, check};
 use crate::output::{Folder, json};
 use crate::report::Setting;
@@ -64,7 +66,12 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let mut fitted = observations(&files, height, &settings.reading)?;
     let validation = fitted.split_off(settings.measurements.len());
     let doubts: Vec<String> = fitted.iter().flat_map(|o| o.measurement.doubts()).collect();
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &settings.requests())?;
+    let mut requests = settings.requests();
+    let start = start(&engine, &fitted, &requests)?;
+    if let Some((start, mentioned)) = &start {
+        requests.defaults = start.defaults(*mentioned);
+    }
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
     idle::check(&settings.fit, &unknowns, &fitted)?;
     check(&fitted, &weights)?;
     check(&validation, &weights)?;
@@ -85,6 +92,13 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     }
     for doubt in &doubts {
         say!("warning: {doubt}");
+    }
+    match &start {
+        Some((start, _)) => say!("{}", wrapped_line("start from the data: ", &start.in_words())),
+        None if engine.is_own() => {
+            say!("warning: the data do not tell where to start: Table 1's values and bounds are taken");
+        }
+        None => {}
     }
     let take = if arguments.resume { Folder::resume } else { Folder::begin };
     let folder = take(&arguments.out, "identify")?;
@@ -116,7 +130,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         profile: &settings.fit.profile,
         evaluations: plan.evaluations,
         command: std::env::args().collect::<Vec<_>>().join(" "),
-        settings: kept_settings(&settings),
+        settings: kept_settings(&settings, start.as_ref().map(|s| &s.0)),
         seconds: started.elapsed().as_secs_f64(),
     };
     let (mut report, missing) = report(&context, &found)?;
@@ -161,6 +175,24 @@ fn settings(arguments: &Arguments) -> Result<Settings, Box<dyn std::error::Error
         begun.check_same(&asked()?)?;
     }
     Ok(begun)
+}
+
+/// Where the data say that the fit starts, and what the user said of it; poropunch's own FMU only.
+fn start(
+    engine: &Engine,
+    fitted: &[Observation],
+    requests: &Requests,
+) -> Result<Option<(Start, Mentioned)>, Box<dyn std::error::Error>> {
+    if !engine.is_own() {
+        return Ok(None);
+    }
+    let set = settings_from(engine.wiring(), &requests.set)?;
+    let default = |name: &str| engine.wiring().parameters.get(name)?.start_number();
+    let known = Known::of(&|name| set.get(name).copied().or_else(|| default(name)));
+    let mentioned = Mentioned::of(requests);
+    let measurements: Vec<&Measurement> = fitted.iter().map(|o| &o.measurement).collect();
+    let start = known.and_then(|known| Start::of(&measurements, &known, mentioned.branch));
+    Ok(start.map(|start| (start, mentioned)))
 }
 
 /// Height of the sample, where the FMU knows it.
@@ -232,7 +264,7 @@ fn check_derivatives(engine: &Engine, unknowns: &Unknowns) -> Result<(), String>
 }
 
 /// What a reader of the report needs to repeat the fit.
-fn kept_settings(settings: &Settings) -> Vec<Setting> {
+fn kept_settings(settings: &Settings, start: Option<&Start>) -> Vec<Setting> {
     let fit = &settings.fit;
     let mut kept = vec![
         ("starts", fit.starts.to_string()),
@@ -240,6 +272,7 @@ fn kept_settings(settings: &Settings) -> Vec<Setting> {
         ("derivatives", format!("{:?}", fit.jacobian).to_lowercase()),
         ("finite-difference step", fit.fd_step.to_string()),
     ];
+    kept.extend(start.map(|s| ("start from the data", s.in_words())));
     kept.extend(settings.engine.settings().into_iter().map(|s| ("set", s)));
     kept.extend(fit.weight.iter().map(|w| ("weight", w.clone())));
     kept.into_iter().map(|(name, value)| Setting { name: name.to_owned(), value }).collect()

@@ -132,7 +132,8 @@ pub fn motion(time_s: &[f64], displacement_m: &[f64]) -> Motion {
     }
     let depth = displacement_m.iter().copied().fold(0.0, f64::max);
     let least_stroke = (STROKE * depth).max(2.0 * NOISE_REACH * noise_m);
-    let corners = corners(&points, (NOISE_REACH * noise_m).max(LEAST_TOLERANCE * depth));
+    let tolerance_m = (NOISE_REACH * noise_m).max(LEAST_TOLERANCE * depth);
+    let corners = corners(&points, |_| tolerance_m);
     let runs = runs(&points, &corners, least_stroke);
     let tolerance_m = ((NOISE_REACH + 1.0) * noise_m).max(2.0 * LEAST_TOLERANCE * depth);
     let strokes = (0..runs.len()).map(|k| stroke(&points, &runs, k, noise_m, tolerance_m)).collect();

@@ -14,6 +14,7 @@ use crate::engine::Engine;
 use crate::fit::{EvaluationFailure, FitError, IterationRecord};
 use crate::inference::fit::search;
 use crate::inference::robust::{Robust, robust};
+use crate::inference::rough::{self, search_roughly};
 use crate::inference::setup::job;
 use crate::inference::{FitFailure, Found, NoiseFailure, SearchPlan, Setup, noise_at_start};
 use crate::noise::{NoiseModel, Observation, ObservationError, Weights};
@@ -80,7 +81,8 @@ pub fn identify(
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Identification, IdentificationError> {
     let noise = noise_at_start(setup, weights)?;
-    let mut found = search(setup, &noise.covariance, plan, observe)?;
+    let by = if rough::applies(setup) { search_roughly } else { search };
+    let mut found = by(setup, &noise.covariance, plan, observe)?;
     let mut far_points = None;
     if is_robust && found.fit.solution.stop.converged() {
         let Robust { fit, far } = robust(setup, &noise.covariance, found.fit, plan.evaluations)?;

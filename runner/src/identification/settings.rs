@@ -45,7 +45,7 @@ pub struct Source {
 #[derive(Debug, Clone, PartialEq, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Fit")]
 pub struct FitSettings {
-    /// Parameters to fit, exactly these [default: those of the paper's Table 1 that it fitted]
+    /// Parameters to fit, exactly these [default: equilibrium, permeability, and as many branches as the data ask for]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub free: Vec<String>,
     /// Parameter not to fit, at this value or its default (repeatable)
@@ -54,11 +54,11 @@ pub struct FitSettings {
     /// Parameter that follows another one, e.g. material.branch\[2\].mu=material.branch\[1\].mu*0.5 (repeatable)
     #[arg(long, value_name = "NAME=OTHER*FACTOR")]
     pub tie: Vec<String>,
-    /// Bounds of a fitted parameter [default: two and a half decades either way for moduli and times, Table 1's for the others]; it is
+    /// Bounds of a fitted parameter [default: five decades around the start]; it is
     /// then fitted under its own name, not through G and tau (repeatable)
     #[arg(long, value_name = "NAME=LOWER:UPPER")]
     pub bounds: Vec<String>,
-    /// Start of a fitted parameter [default: Table 1's value] (repeatable)
+    /// Start of a fitted parameter [default: told by the data] (repeatable)
     #[arg(long, value_name = "NAME=VALUE[UNIT]")]
     pub start: Vec<String>,
     /// Which uncertainty weighs the points; none is the plain chi^2 of Eq. 16

@@ -94,6 +94,8 @@ pub struct SearchPlan {
 pub struct Found {
     /// The best fit.
     pub fit: Fit,
+    /// Which start it came from.
+    pub best_start: usize,
     /// The fate of each start.
     pub starts: Vec<StartRecord>,
     /// How busy the pool was while Jacobians were formed.
@@ -184,7 +186,7 @@ pub fn search(
     // Its runs were made: no stop keeps them from being seen.
     let (load, failed_points) = (problem.inner().load(), problem.inner().failed());
     let fit = Fit::at(setup, &[], covariance, found.best)?;
-    Ok(Found { fit, starts: found.records, load, failed_points })
+    Ok(Found { fit, best_start: found.best_start, starts: found.records, load, failed_points })
 }
 
 /// Fits the plain model from a point near the optimum.
@@ -320,7 +322,7 @@ pub fn linearised(
 
 impl Fit {
     /// A solution with its linearisation; all of its runs are in the cache.
-    fn at(
+    pub(super) fn at(
         setup: Setup,
         active: &[&Candidate],
         covariance: &Covariance,

@@ -1,6 +1,7 @@
 //! One problem for every question: unknowns -> residuals, derivatives -> fit -> what its values are worth.
 //!
 //! ```text
+//! Measurements -> start -> Defaults
 //! Requests (and what the data say: Defaults) -> Unknowns (variables <-> the FMU's parameters)
 //! Setup (engine, observations, unknowns) + effects -> ForceProblem (mN)
 //! ForceProblem + Covariance + Prior -> fit / search -> Fit
@@ -24,7 +25,9 @@ pub mod profile;
 pub mod refinement;
 pub mod requests;
 pub mod robust;
+pub mod rough;
 pub mod setup;
+pub mod start;
 pub mod statistics;
 mod swift_profile;
 pub mod unknowns;

@@ -55,6 +55,8 @@ pub struct Unknowns {
     ties: Vec<Tie>,
     bounds: Bounds,
     start: Vec<f64>,
+    /// Centre of what is known before.
+    centre: Vec<f64>,
 }
 
 /// Moduli and times are sought this factor either way of the start: two and a half decades.
@@ -76,6 +78,7 @@ impl Unknowns {
             fixed: BTreeMap::new(),
             ties: vec![],
             bounds,
+            centre: start.clone(),
             start,
         }
     }
@@ -140,6 +143,21 @@ impl Unknowns {
         Ok(built)
     }
 
+    /// The same with further values that stay.
+    #[must_use]
+    pub fn with_fixed(mut self, values: &[(&str, f64)]) -> Self {
+        self.fixed.extend(values.iter().map(|(name, value)| ((*name).to_owned(), *value)));
+        self
+    }
+
+    /// The same, sought from another point within the bounds; what is known before stays.
+    #[must_use]
+    pub fn starting_at(mut self, x: &[f64]) -> Self {
+        let bounds = self.bounds.lower().iter().zip(self.bounds.upper());
+        self.start = x.iter().zip(bounds).map(|(x, (lower, upper))| x.clamp(*lower, *upper)).collect();
+        self
+    }
+
     /// The optimiser's variables.
     pub fn variables(&self) -> &[FitParameter] {
         &self.variables
@@ -189,7 +207,7 @@ impl Unknowns {
     pub fn prior(&self) -> Prior {
         let (lower, upper) = self.bounds();
         let width = |(l, u): (&f64, &f64)| (u - l) / BOUNDS_IN_DEVIATIONS;
-        Prior { mean: self.start.clone(), deviation: lower.iter().zip(upper).map(width).collect() }
+        Prior { mean: self.centre.clone(), deviation: lower.iter().zip(upper).map(width).collect() }
     }
 
     /// Modulus, exponent and, of a branch, relaxation time of a group.
@@ -374,9 +392,7 @@ impl Builder<'_> {
         let start = match given {
             Some(start) => *start,
             // What the data say gives way to the user's bounds.
-            None if told.is_some() => {
-                self.start(name)?.clamp(limits[0].min(limits[1]), limits[1].max(limits[0]))
-            }
+            None if told.is_some() => self.start(name)?.max(limits[0]).min(limits[1]),
             None => self.start(name)?,
         };
         Ok(FitParameter::new(name, &symbol(name), unit, start, limits)?)
@@ -441,7 +457,9 @@ impl Builder<'_> {
         let (start, bounds) = internal_problem(&variables)?;
         let (fixed, ties) = (BTreeMap::new(), vec![]);
         let groups = groups.into_iter().map(|(g, _)| g).collect();
-        let mut unknowns = Unknowns { variables, roles, groups, free: vec![], fixed, ties, bounds, start };
+        let centre = start.clone();
+        let mut unknowns =
+            Unknowns { variables, roles, groups, free: vec![], fixed, ties, bounds, start, centre };
         unknowns.free =
             free.iter().enumerate().map(|(j, n)| self.reported(&unknowns, j, n)).collect::<Result<_, _>>()?;
         Ok(unknowns)

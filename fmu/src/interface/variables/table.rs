@@ -371,7 +371,7 @@ const INDENTER: &[Variable] = &[
     ),
     real(
         "indenter.sphere_radius",
-        "Radius of a sphere, at least geometry.punch_radius / 0.9; acts only with indenter.profile = sphere",
+        "Radius of a sphere, at least geometry.punch_radius, the shank's: equal, it is a hemisphere; acts only with indenter.profile = sphere",
         &METRE,
         (1e-6, 1e3),
         field!(Real, padded.indenter.sphere_radius),
