@@ -82,6 +82,10 @@ pub fn identify(
             return Ok(found);
         }
     }
+    // A stop asked for in a run of the model asked for leaves the corrected rough model's best point.
+    if engine.is_stopped() {
+        found.search.best.stop = StopReason::StopRequested;
+    }
     if found.search.best.stop == StopReason::StopRequested {
         found.values = parameters.settings(&found.search.best.x);
         return Ok(found);
