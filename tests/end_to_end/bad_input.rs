@@ -81,7 +81,7 @@ fn bad_options() {
         (&["--noise", "specimens"], &["at least three specimen columns"]),
         (&["--noise", "spread"], &["force_std_mN"]),
         (&["--fd-step", "2"], &["between 1e-6 and 0.2"]),
-        (&["--weight", "hold=0", "--weight", "ramp=0"], &["points cannot determine 9 parameters"]),
+        (&["--weight", "hold=0", "--weight", "ramp=0"], &["points cannot determine 6 parameters"]),
     ];
     let d = directory();
     let (file, out) = (d.path().join("m.csv"), d.path().join("out"));

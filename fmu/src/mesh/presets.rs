@@ -26,7 +26,7 @@ pub struct Zone {
 
 /// Zone of a contact that grows up to `radius` within `width`: the preset's unless overridden.
 pub fn growing_contact(mesh: &MeshParameters, radius: f64, width: f64) -> Zone {
-    let zone = zone(mesh, radius, [(1.0 / 12.0, 2.5), (1.0 / 24.0, 2.0), (1.0 / 64.0, 1.5)]);
+    let zone = zone(mesh, radius, [(1.0 / 16.0, 2.5), (1.0 / 24.0, 2.0), (1.0 / 64.0, 1.5)]);
     // A narrow zone, of a rounded edge, has a few elements too.
     let most = if mesh.edge_size > 0.0 { f64::INFINITY } else { 0.25 * width };
     Zone { size: zone.size.min(most), ..zone }

@@ -57,7 +57,15 @@ pub fn search_roughly(
         if solution.stop == StopReason::StopRequested {
             break;
         }
-        let Some(apart) = difference_mn(setup, rough, &solution.x)? else { break };
+        let apart = match difference_mn(setup, rough, &solution.x) {
+            Err(EvaluationFailure::Interrupted) => {
+                // The best point of the corrected rough model is kept.
+                solution.stop = StopReason::StopRequested;
+                break;
+            }
+            other => other?,
+        };
+        let Some(apart) = apart else { break };
         let change =
             DVector::from_iterator(offset.len(), apart.iter().zip(&offset).map(|(new, old)| new - old));
         offset = apart;
