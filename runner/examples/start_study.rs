@@ -37,8 +37,11 @@ impl Random {
     }
 }
 
+/// Name, settings and depth (m) of a test.
+type Rig = (&'static str, Vec<(&'static str, f64)>, f64);
+
 /// Geometry and depth (m) of each indenter.
-fn rigs() -> [(&'static str, Vec<(&'static str, f64)>, f64); 4] {
+fn rigs() -> [Rig; 4] {
     [
         ("flat", vec![], 1e-3),
         ("sphere", vec![("indenter.profile", 2.0), ("indenter.sphere_radius", 4e-3)], 1e-3),

@@ -114,7 +114,8 @@ fn sensitivities_and_finite_differences_agree() {
         assert!((widths - 1.0).abs() < 0.05, "{widths}");
     }
     let runs = |result: &serde_json::Value| result["runs"]["runs"].as_u64().expect("a count");
-    assert!(2 * runs(&exact) < runs(&differences), "{} {}", runs(&exact), runs(&differences));
+    // The runs that estimate the error of the mesh and of the steps are the same for both.
+    assert!(3 * runs(&exact) < 2 * runs(&differences), "{} {}", runs(&exact), runs(&differences));
 }
 
 #[test]
