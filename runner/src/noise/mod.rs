@@ -26,7 +26,7 @@ pub use weights::{Uncertainty, Weights};
 
 use common_factor::FEWEST_SPECIMENS;
 use nalgebra::DVector;
-use numerical::{slow_errors, timing};
+use numerical::{contact_errors, slow_errors, timing};
 use observation::same_specimens;
 use specimens::test_noise;
 
@@ -74,7 +74,8 @@ pub fn noise_model(
     let mut common = refined;
     let mut before = 0;
     for ((observation, force), noise) in pairs().zip(&tests) {
-        let numerical = slow_errors(observation, force).into_iter().chain(timing(observation, force));
+        let slow = slow_errors(observation, force).into_iter().chain(contact_errors(observation, force));
+        let numerical = slow.chain(timing(observation, force));
         let local = noise.common.iter().cloned().chain(numerical);
         common.extend(local.map(|c| embed(c, before, reference_mn.len())));
         before += observation.len();
