@@ -5,6 +5,7 @@ use super::jacobian_load::JacobianLoad;
 use super::linearised::Linearised;
 use super::magnitude::prior_weight;
 use super::problem::ForceProblem;
+use super::rough::Twin;
 use super::setup::Setup;
 use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{
@@ -116,10 +117,12 @@ pub struct Found {
     pub load: JacobianLoad,
     /// Points at which the model failed.
     pub failed_points: u64,
+    /// The rough model that stands for the one asked for around the fit, where one was used.
+    pub twin: Option<Twin>,
 }
 
 /// What a fit makes small. Where the size of the noise is not known, nor is what the prior weighs against it: then it is left out.
-fn problem<'a>(
+pub(super) fn problem<'a>(
     setup: Setup<'a>,
     active: &[&'a Candidate],
     covariance: &'a Covariance,
@@ -187,6 +190,17 @@ pub fn search(
     plan: &SearchPlan,
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Found, FitFailure> {
+    search_to(setup, covariance, plan, &options(setup, plan.evaluations), observe)
+}
+
+/// The same with other tolerances.
+pub(super) fn search_to(
+    setup: Setup,
+    covariance: &Covariance,
+    plan: &SearchPlan,
+    options: &Options,
+    observe: &mut dyn FnMut(usize, &IterationRecord),
+) -> Result<Found, FitFailure> {
     let u = setup.unknowns;
     let mut problem = problem(setup, &[], covariance);
     let many = MultiStartOptions { starts: plan.starts.max(1), refined: REFINED, seed: plan.seed };
@@ -194,13 +208,12 @@ pub fn search(
         observe(start, record);
         if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let options = options(setup, plan.evaluations);
     let found =
-        minimise_from_many(&mut problem, u.start(), u.optimiser_bounds(), &options, &many, &mut watch)?;
+        minimise_from_many(&mut problem, u.start(), u.optimiser_bounds(), options, &many, &mut watch)?;
     // Its runs were made: no stop keeps them from being seen.
     let (load, failed_points) = (problem.inner().load(), problem.inner().failed());
     let fit = Fit::at(setup, &[], covariance, found.best)?;
-    Ok(Found { fit, best_start: found.best_start, starts: found.records, load, failed_points })
+    Ok(Found { fit, best_start: found.best_start, starts: found.records, load, failed_points, twin: None })
 }
 
 /// Fits the plain model from a point near the optimum.

@@ -153,7 +153,9 @@ impl<'a> ForceProblem<'a> {
 
     fn difference_mn(&self, runs: &[Run]) -> Result<Vec<f64>, EvaluationFailure> {
         let forces = Setup::forces_mn(runs)?;
-        Ok(forces.iter().zip(self.setup.measured_mn()).map(|(f, m)| f - m).collect())
+        let offset = self.setup.offset_mn.iter().copied().chain(std::iter::repeat(0.0));
+        let measured = self.setup.measured_mn();
+        Ok(forces.iter().zip(measured).zip(offset).map(|((f, m), offset)| f + offset - m).collect())
     }
 
     /// Column of a variable from the derivatives of `curves` (mN).
