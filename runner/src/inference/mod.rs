@@ -7,7 +7,7 @@
 //! ForceProblem + Covariance + Prior -> fit / search -> Fit
 //! Fit -> statistics (intervals, correlations) -> identifiability (what the data do not determine, in words)
 //!     -> derived (combinations that they do)  -> evidence
-//!     -> profile (intervals that are no parabola)  -> robust (outliers count less)
+//!     -> profile (intervals that are no parabola)  -> robust (outliers count less)  -> posterior (a sample, on request)
 //! ```
 //! `identify` asks it for the plain model, `diagnose` for models with effects.
 
@@ -20,6 +20,7 @@ pub mod identifiability;
 mod jacobian_load;
 pub mod linearised;
 pub mod parameter;
+pub mod posterior;
 pub mod problem;
 pub mod profile;
 pub mod refinement;

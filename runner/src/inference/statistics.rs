@@ -271,6 +271,22 @@ impl Statistics {
         &self.root * self.root.transpose()
     }
 
+    /// Covariance of the optimiser's variables by all that a fit sees.
+    pub fn of_what_a_fit_sees(&self) -> DMatrix<f64> {
+        let shifts = self.root.columns(self.unseen.0, self.unseen.1);
+        self.of_variables() - shifts * shifts.transpose()
+    }
+
+    /// What each error that no fit sees adds to the variables when it is one deviation large, and its degrees of freedom.
+    pub fn unseen_shifts(&self) -> Vec<(DVector<f64>, f64)> {
+        let degrees = |column: usize| {
+            let block = self.blocks.partition_point(|(first, _)| *first <= column);
+            self.blocks.get(block.saturating_sub(1)).map_or(f64::INFINITY, |b| b.1)
+        };
+        let columns = self.unseen.0..self.unseen.0 + self.unseen.1;
+        columns.map(|k| (self.root.column(k).into_owned(), degrees(k))).collect()
+    }
+
     fn estimate(&mut self, unknowns: &Unknowns, x: &[f64]) {
         let (terms, rows) = unknowns.terms();
         let share = |gradient: &DVector<f64>| {

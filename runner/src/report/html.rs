@@ -2,6 +2,7 @@
 
 use super::figures;
 use super::fit_report::*;
+use super::posterior::section;
 use super::plot::{exponent, heat_map, interval_bar, pretty};
 use crate::assumption::Assumption;
 use crate::inference::statistics::{BoundSide, Determination};
@@ -16,6 +17,7 @@ pub fn page(report: &FitReport) -> String {
         (parameters(report))
         (derived(report))
         (profiles(report))
+        @if let Some(posterior) = &report.posterior { (section(posterior)) }
         (gains(report))
         (curves(report))
         (characteristic_numbers(report))
