@@ -44,7 +44,8 @@ fn main() {
             .collect(),
         ..Requests::default()
     };
-    let unknowns = Unknowns::new(engine.wiring(), true, &requests).map_err(|e| e.to_string()).expect("unknowns");
+    let unknowns =
+        Unknowns::new(engine.wiring(), true, &requests).map_err(|e| e.to_string()).expect("unknowns");
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut normal = move || -> f64 { StandardNormal.sample(&mut random) };
     let mut ranks = vec![[0usize; BINS]; unknowns.len()];
@@ -68,7 +69,12 @@ fn main() {
         let mut m = Measurement { time_s, displacement_m, force_n, ..Measurement::default() };
         let Ok(force_mn) = ({
             let data = [Observation::new(&m, None).expect("data")];
-            Setup::forces_mn(&Setup::new(&engine, &data, &unknowns).submit(&truth, &[], false, Priority::Urgent))
+            Setup::forces_mn(&Setup::new(&engine, &data, &unknowns).submit(
+                &truth,
+                &[],
+                false,
+                Priority::Urgent,
+            ))
         }) else {
             println!("{replicate},no run");
             continue;
@@ -101,11 +107,18 @@ fn main() {
         below.iter().zip(&mut ranks).for_each(|(b, row)| row[(b * BINS / 100).min(BINS - 1)] += 1);
         done += 1;
         let method = if sampled.sample.method == Method::Nuts { "nuts" } else { "importance" };
-        println!("{replicate},{method},{:.2},{:.0},{below:?}", sampled.sample.k_hat, sampled.sample.effective);
+        println!(
+            "{replicate},{method},{:.2},{:.0},{below:?}",
+            sampled.sample.k_hat, sampled.sample.effective
+        );
     }
     for (term, row) in unknowns.variables().iter().zip(&ranks) {
         let expected = done as f64 / BINS as f64;
         let chi: f64 = row.iter().map(|n| (*n as f64 - expected).powi(2) / expected).sum();
-        println!("{}: ranks by fifths {row:?}, chi^2 {chi:.1} of {} degrees (95 % below 9.5)", term.symbol, BINS - 1);
+        println!(
+            "{}: ranks by fifths {row:?}, chi^2 {chi:.1} of {} degrees (95 % below 9.5)",
+            term.symbol,
+            BINS - 1
+        );
     }
 }

@@ -12,10 +12,12 @@ use runner::data::Measurement;
 use runner::engine::{Engine, EngineOptions};
 use runner::identification::IdentificationError;
 use runner::inference::derived::{estimate, material_quantities};
-use runner::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use runner::inference::fit::search;
+use runner::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use runner::inference::statistics::Determination;
-use runner::inference::{Defaults, Requests, SearchPlan, Setup, Statistics, Unknowns, Values, noise_at_start};
+use runner::inference::{
+    Defaults, Requests, SearchPlan, Setup, Statistics, Unknowns, Values, noise_at_start,
+};
 use runner::noise::{Covariance, Observation, Weights};
 use runner::pool::wiring::Names;
 use runner::pool::{Job, Priority};

@@ -129,7 +129,10 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         validation: &validation,
         weights: &weights,
         profile: &settings.fit.profile,
-        posterior: settings.fit.posterior.then(|| SamplePlan { seed: settings.fit.seed, ..SamplePlan::default() }),
+        posterior: settings
+            .fit
+            .posterior
+            .then(|| SamplePlan { seed: settings.fit.seed, ..SamplePlan::default() }),
         evaluations: plan.evaluations,
         command: std::env::args().collect::<Vec<_>>().join(" "),
         settings: kept_settings(&settings, start.as_ref().map(|s| &s.0)),

@@ -12,7 +12,9 @@ use crate::inference::requests::{display_unit, symbol};
 use crate::inference::{Setup, Statistics, Values};
 use crate::noise::{Covariance, Observation, ObservationError, Weights, noise_model};
 use crate::pool::ForceCurve;
-use crate::report::{Assembly, FitReport, FixedRow, MeasuredCurve, PosteriorReport, Role, RunStatistics, Setting};
+use crate::report::{
+    Assembly, FitReport, FixedRow, MeasuredCurve, PosteriorReport, Role, RunStatistics, Setting,
+};
 use crate::score::chi_square;
 use std::collections::BTreeMap;
 use std::time::SystemTime;

@@ -273,7 +273,8 @@ fn a_punch_that_swings_about_its_path_makes_the_ramp_uncertain_and_not_the_hold(
 #[test]
 fn the_zero_of_a_single_record_is_known_to_the_depth_that_its_noise_hides() {
     let (observation, force_mn) = record(0.0);
-    let noise = noise_model(std::slice::from_ref(&observation), force_mn.as_slice(), vec![], &Weights::default());
+    let noise =
+        noise_model(std::slice::from_ref(&observation), force_mn.as_slice(), vec![], &Weights::default());
     let covariance = noise.unwrap().covariance;
     let zero = |all: &[Common]| all.iter().find(|c| c.name.starts_with("zero of")).unwrap().shape_mn.clone();
     let (shape, height) = (zero(covariance.common()), zero(covariance.absorbed()));

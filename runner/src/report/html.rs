@@ -2,8 +2,8 @@
 
 use super::figures;
 use super::fit_report::*;
-use super::posterior::section;
 use super::plot::{exponent, heat_map, interval_bar, pretty};
+use super::posterior::section;
 use crate::assumption::Assumption;
 use crate::inference::statistics::{BoundSide, Determination};
 use crate::inference::wording::{significant, spread};

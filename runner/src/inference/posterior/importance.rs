@@ -29,7 +29,8 @@ pub fn sample(
         proposal.push(-0.5 * (DEGREES + n as f64) * (z.norm_squared() / DEGREES).ln_1p());
         points.push((&centre + &root * z).as_slice().to_vec());
     }
-    let is_inside = |x: &Vec<f64>| x.iter().zip(lower.iter().zip(&upper)).all(|(x, (l, u))| (l..=u).contains(&x));
+    let is_inside =
+        |x: &Vec<f64>| x.iter().zip(lower.iter().zip(&upper)).all(|(x, (l, u))| (l..=u).contains(&x));
     let inside: Vec<usize> = (0..points.len()).filter(|&i| is_inside(&points[i])).collect();
     let asked: Vec<Vec<f64>> = inside.iter().map(|&i| points[i].clone()).collect();
     let mut logarithms = vec![f64::NEG_INFINITY; points.len()];

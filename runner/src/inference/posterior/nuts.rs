@@ -59,9 +59,8 @@ impl Variables {
         covariance: &DMatrix<f64>,
     ) -> Result<Self, PosteriorError> {
         let inside = FROM_BOUND..=1.0 - FROM_BOUND;
-        let share = |j: usize| {
-            ((mode[j] - lower[j]) / (upper[j] - lower[j])).clamp(*inside.start(), *inside.end())
-        };
+        let share =
+            |j: usize| ((mode[j] - lower[j]) / (upper[j] - lower[j])).clamp(*inside.start(), *inside.end());
         let n = mode.len();
         let centre = DVector::from_fn(n, |j, _| (share(j) / (1.0 - share(j))).ln());
         // dy / dx, and not more than the whole range.

@@ -21,7 +21,8 @@ pub fn smoothed(logarithms: &[f64]) -> (Vec<f64>, f64) {
             let (shape, scale) = generalised_pareto(&excess);
             k = shape;
             let quantile = |p: f64| {
-                let q = if shape.abs() < 1e-9 { -(1.0 - p).ln() } else { ((1.0 - p).powf(-shape) - 1.0) / shape };
+                let q =
+                    if shape.abs() < 1e-9 { -(1.0 - p).ln() } else { ((1.0 - p).powf(-shape) - 1.0) / shape };
                 (cut + scale * q).min(1.0)
             };
             for (rank, i) in order[n - tail..].iter().enumerate() {
@@ -46,9 +47,8 @@ fn generalised_pareto(x: &[f64]) -> (f64, f64) {
     let quartile = quartile.max(1e-12 * largest);
     let points = 30 + n.sqrt().floor() as usize;
     let shape = |theta: f64| x.iter().map(|x| (-theta * x).ln_1p()).sum::<f64>() / n;
-    let theta = |j: usize| {
-        (1.0 / largest) + (1.0 - (points as f64 / (j as f64 - 0.5)).sqrt()) / (3.0 * quartile)
-    };
+    let theta =
+        |j: usize| (1.0 / largest) + (1.0 - (points as f64 / (j as f64 - 0.5)).sqrt()) / (3.0 * quartile);
     let thetas: Vec<f64> = (1..=points).map(theta).filter(|t| *t < 1.0 / largest && *t != 0.0).collect();
     let likelihood = |t: &f64| {
         let k = shape(*t);
