@@ -13,6 +13,7 @@ use crate::engine::Engine;
 use crate::identification::profiles;
 use crate::identification::report::{Context, report};
 use crate::identification::{FitSettings, JacobianSource, Settings, identify};
+use crate::inference::posterior::SamplePlan;
 use crate::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use crate::inference::{Requests, Setup, Unknowns};
 use crate::noise::{Observation, Uncertainty, Weights, check};
@@ -129,6 +130,10 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         validation: &validation,
         weights: &weights,
         profile: &settings.fit.profile,
+        posterior: settings
+            .fit
+            .posterior
+            .then(|| SamplePlan { seed: settings.fit.seed, ..SamplePlan::default() }),
         evaluations: plan.evaluations,
         command: std::env::args().collect::<Vec<_>>().join(" "),
         settings: kept_settings(&settings, start.as_ref().map(|s| &s.0)),

@@ -86,7 +86,7 @@ pub fn identify(
     let mut far_points = None;
     if is_robust && found.fit.solution.stop.converged() {
         let Robust { fit, far } = robust(setup, &noise.covariance, found.fit, plan.evaluations)?;
-        (found.fit, far_points) = (fit, Some(far));
+        (found.fit, found.twin, far_points) = (fit, None, Some(far));
     }
     let values = setup.unknowns.settings(&found.fit.solution.x);
     Ok(Identification { found, noise, far_points, values })

@@ -86,6 +86,10 @@ pub struct FitSettings {
     #[arg(long)]
     #[serde(default)]
     pub robust: bool,
+    /// Sample the posterior: posterior.csv and a corner plot (a thousand runs and more)
+    #[arg(long)]
+    #[serde(default)]
+    pub posterior: bool,
     /// Where derivatives come from
     #[arg(long, value_enum, default_value_t)]
     pub jacobian: JacobianSource,

@@ -3,6 +3,7 @@
 use super::figures;
 use super::fit_report::*;
 use super::plot::{exponent, heat_map, interval_bar, pretty};
+use super::posterior::section;
 use crate::assumption::Assumption;
 use crate::inference::statistics::{BoundSide, Determination};
 use crate::inference::wording::{significant, spread};
@@ -16,6 +17,7 @@ pub fn page(report: &FitReport) -> String {
         (parameters(report))
         (derived(report))
         (profiles(report))
+        @if let Some(posterior) = &report.posterior { (section(posterior)) }
         (gains(report))
         (curves(report))
         (characteristic_numbers(report))

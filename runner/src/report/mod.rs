@@ -11,6 +11,7 @@ mod first_hold;
 mod fit_report;
 mod html;
 pub mod plot;
+mod posterior;
 mod table;
 mod verdict;
 
@@ -18,6 +19,7 @@ pub use assembly::{Assembly, MeasuredCurve};
 pub use csv::{curves_csv, parameters_csv};
 pub use fit_report::*;
 pub use html::{assumed, document, page};
+pub use posterior::{PosteriorReport, PosteriorRow, posterior_csv};
 pub(crate) use table::columns;
 pub use table::table;
 
