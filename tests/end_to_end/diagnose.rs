@@ -52,7 +52,7 @@ fn a_load_cell_lag_is_found_with_its_size() {
 fn data_of_the_plain_model_have_no_gap() {
     let d = directory();
     let out = text(d.path());
-    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("no diagnosis to resume"));
+    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("nothing to resume"));
     let mut found = diagnose("data/measurement/table1-one-cycle", d.path());
     assert_eq!(found["verdict"]["kind"], "no gap", "{}", found["verdict"]["text"]);
     assert_eq!(found["verdict"]["effects"].as_array().unwrap().len(), 0);
@@ -64,8 +64,8 @@ fn data_of_the_plain_model_have_no_gap() {
     let mut resumed = json(&d.path().join("diagnosis.json"));
     (resumed["seconds"], found["seconds"]) = (Value::Null, Value::Null);
     assert_eq!(resumed, found);
-    std::fs::write(d.path().join("command.json"), "[]").unwrap();
-    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("command.json"));
+    std::fs::write(d.path().join("poropunch.toml"), "[").unwrap();
+    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("poropunch.toml: line 1"));
 }
 
 /// Goal: the published numbers are read as the design says; what they cannot decide is told.

@@ -2,6 +2,7 @@
 
 use super::diagnose::{self, diagnosis_of, tests_of};
 use super::engine_args::EngineArguments;
+use super::job::JobArguments;
 use super::progress::Progress;
 use super::{CliResult, Ending};
 use crate::challenge::draw::Kind;
@@ -175,6 +176,7 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
             start: vec![],
             max_evaluations: arguments.max_evaluations,
             reading: Reading::default(),
+            job: JobArguments::default(),
             engine: arguments.engine.clone(),
         };
         let command = std::env::args().collect::<Vec<_>>().join(" ");

@@ -3,25 +3,28 @@
 use super::assumed;
 use super::engine_args::EngineArguments;
 use super::fields::FieldArguments;
+use super::job::{Invocation, JobArguments};
 use super::plots::force_plot;
 use super::protocols::motion;
+use super::terminal;
 use super::{CliResult, Ending};
+use crate::assumption::Assumption;
 use crate::data::Reading;
 use crate::output::{curve_csv, mark_written, write_file};
 use crate::pool::wiring::{Names, asks_for};
-use crate::pool::{Job, Priority, RunFailure};
+use crate::pool::{ForceCurve, Job, Priority, RunFailure};
 use crate::setting::settings_from;
-use clap::Args;
+use clap::{Args, ValueHint};
 use poropunch::variables::sensitivities;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Compute the force of a protocol or of a measured motion.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// P1 or P2 (the paper's first cycle, to the end of the hold), or a CSV file with time_s,displacement_mm
-    #[arg(value_name = "PROTOCOL|FILE")]
+    #[arg(value_name = "PROTOCOL|FILE", value_hint = ValueHint::FilePath)]
     motion: String,
     /// Where to write: PATH.csv and PATH.svg [default: the protocol's name]
     #[arg(long, short, value_name = "PATH")]
@@ -42,10 +45,66 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten)]
     engine: EngineArguments,
+    #[command(flatten)]
+    job: JobArguments,
+}
+
+/// A force curve: what `--json` prints. All series have the length of `time_s`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Simulation {
+    /// `poropunch.simulation/1`.
+    pub schema: String,
+    /// Command that was given.
+    pub command: String,
+    /// Name and identification of the model.
+    pub model: String,
+    /// Name of the motion.
+    pub motion: String,
+    /// What it rests on: every parameter, given or assumed.
+    pub assumptions: Vec<Assumption>,
+    /// Times (s).
+    pub time_s: Vec<f64>,
+    /// Displacement of the punch, positive into the sample (mm).
+    pub displacement_mm: Vec<f64>,
+    /// Outputs by their names, SI units; the first is the force (N).
+    pub outputs: Vec<Series>,
+}
+
+/// One output over time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Series {
+    /// Name of the output.
+    pub name: String,
+    /// Its values, SI units.
+    pub values: Vec<f64>,
+}
+
+impl Simulation {
+    fn of(
+        motion: &str,
+        curve: &ForceCurve,
+        assumptions: Vec<Assumption>,
+        model: &str,
+        command: String,
+    ) -> Self {
+        let series =
+            |(name, values): (&String, &Vec<f64>)| Series { name: name.clone(), values: values.clone() };
+        Self {
+            schema: "poropunch.simulation/1".to_owned(),
+            command,
+            model: model.to_owned(),
+            motion: motion.to_owned(),
+            assumptions,
+            time_s: curve.time_s.clone(),
+            displacement_mm: curve.displacement_m.iter().map(|d| d * 1e3).collect(),
+            outputs: curve.names.iter().zip(&curve.values).map(series).collect(),
+        }
+    }
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
+    let stop = &call.stop;
     let motion = motion(&arguments.motion, arguments.cycles, arguments.points, &arguments.reading)?;
     let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };
     let pvd = arguments.fields.pvd(&motion.name);
@@ -69,9 +128,8 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     if engine.wiring().outputs.iter().any(|p| p.name.starts_with(sensitivities::PREFIX)) {
         parameters.entry(sensitivities::SWITCH.to_owned()).or_insert(1.0);
     }
-    for line in assumed::lines(&engine, &parameters, &[]) {
-        say!("{line}");
-    }
+    let assumptions = assumed::of(&engine, &parameters, &[]);
+    let assumed = assumed::say_before(&assumptions);
     let job = Job { parameters, protocol: motion.protocol, time_s: motion.time_s };
     let ended = engine.submit(&job, Priority::Urgent).wait();
     if let Some(pvd) = pvd.as_deref().filter(|pvd| pvd.is_file()) {
@@ -89,6 +147,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let comment = format!("{} simulated by {} {}", motion.name, engine.model_name(), settings);
     write_file(&csv, curve_csv(&curve, &[comment.trim().to_owned()]).as_bytes())?;
     write_file(&svg, force_plot(&motion.name, &curve).as_bytes())?;
+    call.keep_as(&with_suffix(&base, "toml"))?;
     let forces = curve.time_s.iter().zip(curve.force_n());
     if let Some((time, peak)) = forces.max_by(|a, b| a.1.total_cmp(b.1)) {
         say!("peak force {:.3} mN at {time:.3} s", peak * 1e3);
@@ -97,6 +156,16 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     if let Some(pvd) = pvd {
         say!("wrote the fields to {}: open it in ParaView", pvd.display());
     }
+    if let Some(assumed) = assumed {
+        say!("{assumed}");
+    }
+    terminal::result(&Simulation::of(
+        &motion.name,
+        &curve,
+        assumptions,
+        engine.model_name(),
+        call.command(),
+    ))?;
     Ok(Ending::Complete)
 }
 

@@ -4,40 +4,34 @@ use super::header::Quantity;
 use super::number::DecimalMark;
 use crate::units::{Dimension, Unit, parse_quantity};
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
 /// How measurement files are to be read, where they do not say it themselves.
-#[derive(Debug, Clone, Default, PartialEq, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Args)]
 #[command(next_help_heading = "Reading the files")]
 pub struct Reading {
     /// Column of time, displacement or force, by its name or number, with its unit where the file has none, e.g.
     /// force=Fz:N, time=1:s, time=Clock:h:m:s (repeatable)
     #[arg(long = "column", value_name = "QUANTITY=NAME[:UNIT]")]
-    #[serde(default)]
     pub columns: Vec<ColumnChoice>,
     /// Reverse signs: displacement is positive into the sample, force positive when it is pressed [bare: both]
     #[arg(long, value_enum, value_name = "QUANTITY", num_args = 0..=1, require_equals = true,
         default_missing_value = "both")]
-    #[serde(default)]
     pub flip: Option<Flip>,
     /// Where the sample's surface is: contact (where the force begins to rise), first (the first sample), or a value in
     /// the file's coordinate, e.g. 12.34mm
     #[arg(long, value_name = "contact|first|VALUE", allow_hyphen_values = true)]
-    #[serde(default)]
     pub zero: Option<Zero>,
     /// What the load cell reads without load: off-contact (the mean before contact), first, none, or a value, e.g. 1.2mN
     #[arg(long, value_name = "off-contact|first|none|VALUE", allow_hyphen_values = true)]
-    #[serde(default)]
     pub tare: Option<Tare>,
     /// The decimal mark, where `1,234` may be either
     #[arg(long, value_enum, value_name = "MARK")]
-    #[serde(default)]
     pub decimal: Option<DecimalMark>,
 }
 
 /// A column that the user names.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ColumnChoice {
     /// What it holds.
     pub quantity: Quantity,
@@ -48,7 +42,7 @@ pub struct ColumnChoice {
 }
 
 /// Which signs are reversed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Flip {
     /// That of the displacement.
     Displacement,
@@ -61,7 +55,7 @@ pub enum Flip {
 }
 
 /// The surface.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Zero {
     /// Where the force begins to rise.
     Contact,
@@ -72,7 +66,7 @@ pub enum Zero {
 }
 
 /// The load cell's zero.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tare {
     /// The mean before contact.
     OffContact,

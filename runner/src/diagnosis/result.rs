@@ -3,13 +3,14 @@
 use crate::assumption::Assumption;
 use crate::data::Phase;
 use crate::inference::effect::{Place, Sign};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON layout.
 pub const SCHEMA: &str = "poropunch.diagnosis/1";
 
 /// All of it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Diagnosis {
     /// [`SCHEMA`].
     pub schema: String,
@@ -57,7 +58,7 @@ pub struct Diagnosis {
 }
 
 /// Kind of answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Kind {
     /// The model and the data agree within the noise.
     #[serde(rename = "no gap")]
@@ -77,7 +78,7 @@ pub enum Kind {
 }
 
 /// The answer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Verdict {
     /// Kind of answer.
     pub kind: Kind,
@@ -91,7 +92,7 @@ pub struct Verdict {
 }
 
 /// One test.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TestSummary {
     /// Its name.
     pub name: String,
@@ -116,7 +117,7 @@ pub struct TestSummary {
 }
 
 /// One relation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parity {
     /// What is compared.
     pub relation: String,
@@ -135,7 +136,7 @@ pub struct Parity {
 }
 
 /// A fitted model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModelSummary {
     /// Effects in it; none for the plain model.
     pub effects: Vec<String>,
@@ -160,7 +161,7 @@ pub struct ModelSummary {
 }
 
 /// Where the plain model misses.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Location {
     /// Score that the largest of all passes by noise alone in 1 of 20 cases.
     pub threshold: f64,
@@ -171,7 +172,7 @@ pub struct Location {
 }
 
 /// One place.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpotSummary {
     /// Test.
     pub test: String,
@@ -194,7 +195,7 @@ pub struct SpotSummary {
 }
 
 /// One effect in screening.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EffectSummary {
     /// Name.
     pub name: String,
@@ -235,7 +236,7 @@ pub struct EffectSummary {
 }
 
 /// A prediction.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeldOut {
     /// What was predicted from what.
     pub split: String,
@@ -248,7 +249,7 @@ pub struct HeldOut {
 }
 
 /// Gap in some part.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PartGap {
     /// `total` or the phase.
     pub part: String,
@@ -264,7 +265,7 @@ pub struct PartGap {
 }
 
 /// How much of the gap goes, in total.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShrinkageSummary {
     /// Of which data.
     pub of: String,
@@ -298,7 +299,7 @@ impl ShrinkageSummary {
 }
 
 /// What a simple rule would answer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SimpleRule {
     /// Rule.
     pub rule: String,
@@ -307,7 +308,7 @@ pub struct SimpleRule {
 }
 
 /// An effect that these data cannot show.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NotTestable {
     /// Name.
     pub name: String,
@@ -316,7 +317,7 @@ pub struct NotTestable {
 }
 
 /// One test's curves.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurvePair {
     /// Test.
     pub name: String,

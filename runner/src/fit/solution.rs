@@ -1,11 +1,12 @@
 //! What a fit returns: the point, why it stopped, and how it got there.
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Why the iteration ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StopReason {
     /// The scaled gradient is small: a stationary point.
@@ -46,7 +47,7 @@ impl fmt::Display for StopReason {
 }
 
 /// State after one iteration (the start is iteration 0).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IterationRecord {
     /// Number of accepted steps so far.
     pub iteration: usize,

@@ -1,14 +1,14 @@
 //! Identification: fits the plain model's unknowns to measurements, and says what the result is worth.
 //!
 //! ```text
-//! Settings -> Observations + Unknowns -> noise at the start -> search -> Identification -> FitReport
+//! FitSettings -> Observations + Unknowns -> noise at the start -> search -> Identification -> FitReport
 //! ```
 
 pub mod profiles;
 pub mod report;
 pub mod settings;
 
-pub use settings::{FitSettings, JacobianSource, Settings, SettingsError, Source};
+pub use settings::{FitSettings, JacobianSource, SettingsError};
 
 use crate::engine::Engine;
 use crate::fit::{EvaluationFailure, FitError, IterationRecord};

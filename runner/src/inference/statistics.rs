@@ -17,6 +17,7 @@ use super::unknowns::Unknowns;
 use crate::fit::{FitError, Whitening, likeliest_heights};
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -30,7 +31,7 @@ const NOTHING_KNOWN: f64 = 300.0;
 const NO_INFORMATION: f64 = 1e-6;
 
 /// A 95 % interval, within the parameter's bounds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Interval {
     /// Lower end.
     pub lower: f64,
@@ -39,7 +40,7 @@ pub struct Interval {
 }
 
 /// How well a value is known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Determination {
     /// To a quarter or better.
@@ -64,7 +65,7 @@ impl Determination {
 }
 
 /// End of the admissible range at which a value sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BoundSide {
     /// The lower bound of the value.

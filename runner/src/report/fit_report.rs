@@ -5,6 +5,7 @@ use crate::assumption::Assumption;
 use crate::fit::{StartRecord, StopReason};
 use crate::inference::Finding;
 use crate::inference::statistics::{BoundSide, Determination};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Name and version of the schema. The number grows when a field changes its meaning or goes; new fields
@@ -12,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub const SCHEMA: &str = "poropunch.fit-report/1";
 
 /// Everything that is known about a fit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FitReport {
     /// [`SCHEMA`].
     pub schema: String,
@@ -65,7 +66,7 @@ pub struct FitReport {
 }
 
 /// The result in words.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Verdict {
     /// One sentence.
     pub headline: String,
@@ -78,7 +79,7 @@ pub struct Verdict {
 }
 
 /// How well a value is known: half-widths of its 95 % interval in ln(value).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GainRow {
     /// Symbol, plain text.
     pub symbol: String,
@@ -89,7 +90,7 @@ pub struct GainRow {
 }
 
 /// How chi^2 rises when a value is given and everything else is fitted.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ProfileRow {
     /// Full name.
     pub name: String,
@@ -114,7 +115,7 @@ pub struct ProfileRow {
 }
 
 /// A free parameter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterRow {
     /// Full name.
     pub name: String,
@@ -150,7 +151,7 @@ pub struct ParameterRow {
 }
 
 /// A parameter that was not fitted.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FixedRow {
     /// Full name.
     pub name: String,
@@ -165,7 +166,7 @@ pub struct FixedRow {
 }
 
 /// A quantity computed from the parameters.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DerivedRow {
     /// Full name.
     pub name: String,
@@ -188,7 +189,7 @@ pub struct DerivedRow {
 }
 
 /// Correlation matrix, in the order of the parameters.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Correlation {
     /// Symbols of the rows and columns.
     pub symbols: Vec<String>,
@@ -197,7 +198,7 @@ pub struct Correlation {
 }
 
 /// What a measurement was used for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
     /// The parameters were fitted to it.
@@ -207,7 +208,7 @@ pub enum Role {
 }
 
 /// A measured number and the model's.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Pair {
     /// From the data.
     pub measured: f64,
@@ -216,7 +217,7 @@ pub struct Pair {
 }
 
 /// A measurement with the model's curve. All series have the length of `time_s`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MeasurementResult {
     /// Short name, e.g. `P2`.
     pub name: String,
@@ -259,7 +260,7 @@ pub struct MeasurementResult {
 }
 
 /// Ratio of two measurements' peak forces.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Ratio {
     /// What, e.g. `peak P2 / peak P1`.
     pub name: String,
@@ -268,7 +269,7 @@ pub struct Ratio {
 }
 
 /// How the fit went.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FitSummary {
     /// Why it ended.
     pub stop: StopReason,
@@ -298,7 +299,7 @@ pub struct FitSummary {
 }
 
 /// What the fit cost.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct RunStatistics {
     /// Simulations made.
     pub runs: usize,
@@ -317,7 +318,7 @@ pub struct RunStatistics {
 }
 
 /// chi^2 after an iteration.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IterationRow {
     /// Its number; 0 is the start.
     pub iteration: usize,
@@ -332,7 +333,7 @@ pub struct IterationRow {
 }
 
 /// A setting worth keeping.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Setting {
     /// Name.
     pub name: String,

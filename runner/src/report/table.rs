@@ -3,12 +3,13 @@
 use super::fit_report::*;
 use crate::inference::statistics::{BoundSide, Determination};
 use crate::inference::wording::{significant, spread};
+use crate::text::wrapped;
 use std::fmt::Write;
 
-/// The report as plain text of at most 100 columns or so.
+/// The report as plain text.
 pub fn table(report: &FitReport) -> String {
     let mut out = format!("{}\n{}\n\n", report.title, "=".repeat(report.title.chars().count()));
-    wrap(&mut out, "", &report.verdict.headline);
+    paragraph(&mut out, "", &report.verdict.headline);
     section(&mut out, "Not determined", &report.verdict.undetermined);
     section(&mut out, "Mind", &report.verdict.warnings);
 
@@ -117,23 +118,13 @@ fn section(out: &mut String, heading: &str, items: &[String]) {
     }
     let _ = writeln!(out, "\n{heading}:");
     for item in items {
-        wrap(out, "  - ", item);
+        paragraph(out, "  - ", item);
     }
 }
 
-/// Writes a paragraph in lines of at most 96 columns.
-fn wrap(out: &mut String, lead: &str, text: &str) {
-    let indent = " ".repeat(lead.len());
-    let mut line = lead.to_owned();
-    for word in text.split_whitespace() {
-        if line.chars().count() + word.chars().count() > 96 {
-            let _ = writeln!(out, "{}", line.trim_end());
-            line = indent.clone();
-        }
-        line.push_str(word);
-        line.push(' ');
-    }
-    let _ = writeln!(out, "{}", line.trim_end());
+/// Writes a paragraph.
+fn paragraph(out: &mut String, lead: &str, text: &str) {
+    let _ = writeln!(out, "{}", wrapped(&format!("{lead}{text}"), lead.trim_start().len()));
 }
 
 /// Appends rows under a header, each column as wide as its widest cell.
