@@ -88,7 +88,7 @@ pub(super) fn residual_map(d: &Diagnosis) -> String {
     ];
     let (width, height) = (LEFT + CELL.0 * columns as f64 + 4.0, CELL.1 * (rows.len() as f64 + 2.0) + 16.0);
     let mut svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" {FONT} font-size="12"><title>scores of the residual</title>"#
+        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" class="cells" {FONT} font-size="12"><title>scores of the residual</title>"#
     );
     let mut y = 0.0;
     for (block, rows) in blocks.iter().enumerate() {

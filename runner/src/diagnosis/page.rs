@@ -4,7 +4,7 @@ use super::figures;
 use super::result::*;
 use crate::inference::wording::{list, significant};
 use crate::report::plot::{heat_map, pretty};
-use crate::report::{assumed, document};
+use crate::report::{assumed, document, glossary};
 use maud::{Markup, PreEscaped, html};
 
 /// The page.
@@ -29,6 +29,7 @@ pub fn page(d: &Diagnosis) -> String {
         (next(d))
         (parity(d))
         (assumed(&d.assumptions))
+        (glossary())
         (origin(d))
     };
     document(&title, STYLE, &body)

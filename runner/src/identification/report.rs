@@ -11,7 +11,9 @@ use crate::inference::requests::{display_unit, symbol};
 use crate::inference::{Setup, Statistics, Values};
 use crate::noise::{Covariance, Observation, ObservationError, Weights, noise_model};
 use crate::pool::ForceCurve;
-use crate::report::{Assembly, FitReport, FixedRow, MeasuredCurve, Role, RunStatistics, Setting};
+use crate::report::{
+    Assembly, FitReport, FixedRow, MeasuredCurve, Role, RunStatistics, Setting, SpecimenCurve,
+};
 use crate::score::chi_square;
 use std::collections::BTreeMap;
 use std::time::SystemTime;
@@ -146,7 +148,9 @@ fn measured_curve(o: &Observation, curve: &ForceCurve, role: Role, covariance: &
     let m = &o.measurement;
     let milli = |values: &[f64]| values.iter().map(|v| v * MILLI).collect::<Vec<f64>>();
     let total = || covariance.total_mn().as_slice().to_vec();
+    let specimens = m.specimen_names.iter().zip(&m.specimens_n);
     MeasuredCurve {
+        specimens: specimens.map(|(n, f)| SpecimenCurve { name: n.clone(), force_mn: milli(f) }).collect(),
         name: m.name.clone(),
         file: m.file.display().to_string(),
         role,

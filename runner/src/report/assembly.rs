@@ -30,6 +30,8 @@ pub struct MeasuredCurve {
     pub measured_mn: Vec<f64>,
     /// Spread between specimens (mN).
     pub spread_mn: Option<Vec<f64>>,
+    /// Force of each specimen.
+    pub specimens: Vec<SpecimenCurve>,
     /// Standard deviation of each point (mN); empty if unknown.
     pub sigma_mn: Vec<f64>,
     /// Squared difference in units of its covariance; in mN^2 if that is unknown.
@@ -240,6 +242,7 @@ impl MeasuredCurve {
             displacement_mm: self.displacement_mm,
             measured_mn: self.measured_mn,
             spread_mn: self.spread_mn,
+            specimens: self.specimens,
             sigma_mn: self.sigma_mn,
             model_mn: self.model_mn,
             model_solid_mn: self.model_solid_mn,

@@ -237,6 +237,9 @@ pub struct MeasurementResult {
     pub measured_mn: Vec<f64>,
     /// Spread between specimens (standard deviation) (mN).
     pub spread_mn: Option<Vec<f64>>,
+    /// Force of each specimen (mN), where the file has them.
+    #[serde(default)]
+    pub specimens: Vec<SpecimenCurve>,
     /// Standard deviation of each measured point (mN); empty if unknown.
     pub sigma_mn: Vec<f64>,
     /// Model's force (mN).
@@ -257,6 +260,15 @@ pub struct MeasurementResult {
     pub end_mn: Pair,
     /// Relaxation, (peak - end) / peak (%).
     pub relaxation_percent: Pair,
+}
+
+/// A specimen's curve.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SpecimenCurve {
+    /// Its name.
+    pub name: String,
+    /// Force (mN) at the times of the measurement.
+    pub force_mn: Vec<f64>,
 }
 
 /// Ratio of two measurements' peak forces.

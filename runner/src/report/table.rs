@@ -3,7 +3,7 @@
 use super::fit_report::*;
 use crate::inference::statistics::{BoundSide, Determination};
 use crate::inference::wording::{significant, spread};
-use crate::text::wrapped;
+use crate::text::{WIDTH, wrapped};
 use std::fmt::Write;
 
 /// The report as plain text.
@@ -40,16 +40,12 @@ pub fn table(report: &FitReport) -> String {
                 format!("{} ({role})", m.name),
                 format!("{} mN", pair(m.peak_mn, 4)),
                 format!("{} %", pair(m.relaxation_percent, 3)),
-                format!(
-                    "{} ({} per point)",
-                    significant(m.chi_square, 4),
-                    significant(m.chi_square_per_point, 3)
-                ),
+                format!("{} ({})", significant(m.chi_square, 4), significant(m.chi_square_per_point, 3)),
                 format!("{} mN", significant(m.rms_mn, 2)),
             ]
         })
         .collect();
-    let header = ["measured / model", "peak force", "relaxation", "chi^2", "rms difference"];
+    let header = ["measured / model", "peak force", "relaxation", "chi^2 (per point)", "rms"];
     columns(&mut out, header, &measurements);
     for ratio in &report.ratios {
         let _ = writeln!(out, "{}: {}", ratio.name, pair(ratio.value, 4));
@@ -127,7 +123,8 @@ fn paragraph(out: &mut String, lead: &str, text: &str) {
     let _ = writeln!(out, "{}", wrapped(&format!("{lead}{text}"), lead.trim_start().len()));
 }
 
-/// Appends rows under a header, each column as wide as its widest cell.
+/// Appends rows under a header, each column as wide as its widest cell. What does not fit beside each other follows below, the
+/// first column once more in front.
 pub(crate) fn columns<const N: usize>(out: &mut String, header: [&str; N], rows: &[Vec<String>]) {
     if rows.is_empty() {
         return;
@@ -136,13 +133,21 @@ pub(crate) fn columns<const N: usize>(out: &mut String, header: [&str; N], rows:
         let cells = rows.iter().map(|r| r[j].chars().count());
         cells.chain([header[j].chars().count()]).max().unwrap_or(0)
     };
-    let mut write = |cells: &mut dyn Iterator<Item = &str>| {
-        let line: String = cells.enumerate().map(|(j, cell)| format!("{cell:<w$}  ", w = width(j))).collect();
+    let mut write = |block: &[usize], cells: &dyn Fn(usize) -> String| {
+        let line: String = block.iter().map(|&j| format!("{:<w$}  ", cells(j), w = width(j))).collect();
         let _ = writeln!(out, "{}", line.trim_end());
     };
-    write(&mut std::iter::once(""));
-    write(&mut header.iter().copied());
-    for row in rows {
-        write(&mut row.iter().map(String::as_str));
+    let mut next = 0;
+    while next < N {
+        let mut block: Vec<usize> = if next == 0 { vec![] } else { vec![0] };
+        let mut room = WIDTH + 2 - block.iter().map(|&j| width(j) + 2).sum::<usize>().min(WIDTH);
+        while next < N && (width(next) + 2 <= room || block.len() < 2) {
+            block.push(next);
+            room = room.saturating_sub(width(next) + 2);
+            next += 1;
+        }
+        write(&[], &|_| String::new());
+        write(&block, &|j| header[j].to_owned());
+        rows.iter().for_each(|row| write(&block, &|j| row[j].clone()));
     }
 }

@@ -23,6 +23,7 @@ fn curve(name: &str, role: Role, amplitude: f64) -> MeasuredCurve {
         displacement_mm: time_s.iter().map(|&t| (10.0 * t).min(1.0)).collect(),
         measured_mn: model_mn.iter().enumerate().map(|(i, f)| f + noise(i)).collect(),
         spread_mn: Some(vec![0.2; 120]),
+        specimens: vec![SpecimenCurve { name: "s01".into(), force_mn: vec![1.0; 120] }],
         sigma_mn: vec![SIGMA; 120],
         chi_square: 120.0,
         model_solid_mn: Some(model_mn.iter().map(|f| 0.7 * f).collect()),

@@ -85,7 +85,8 @@ impl Kept {
             let name = if self.command == "simulate" { stem() } else { None };
             insert(&mut root, &[self.command.clone(), out], name.unwrap_or_else(|| ".".to_owned()).into());
         }
-        let repeat = format!("# repeat: runner {} --job {}\n", self.command, super::FILE);
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        let repeat = format!("# repeat: runner {} --job {}\n", self.command, shell(&name));
         let head = format!("# {}\n{repeat}", mark::words());
         Ok(format!("{head}{}", toml::to_string(&root).unwrap_or_default()))
     }

@@ -28,6 +28,12 @@ impl Scale {
         Self { kind, data: if is_drawable { data } else { (0.1, 1.0) }, paper }
     }
 
+    /// The axis for the page's script: kind, range, place on paper.
+    pub(super) fn told(&self) -> String {
+        let kind = if self.kind == ScaleKind::Log { "log" } else { "linear" };
+        format!("{kind} {} {} {:.1} {:.1}", self.data.0, self.data.1, self.paper.0, self.paper.1)
+    }
+
     fn transform(&self, value: f64) -> f64 {
         match self.kind {
             ScaleKind::Linear => value,
