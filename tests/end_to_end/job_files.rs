@@ -84,16 +84,16 @@ fn the_command_line_wins_name_by_name() {
 fn what_is_wrong_is_told_with_file_line_field_and_remedy() {
     let d = directory();
     for (more, parts) in [
-        ("[fitt]\nseed = 1\n", vec!["line 16: `fitt`", "there is no such field", "did you mean `fit"]),
-        ("[fit]\nseedd = 1\n", vec!["line 17: `fit.seedd`", "did you mean `fit.seed`"]),
-        ("[fit]\nstarts = 0\n", vec!["line 17: `fit.starts`", "must be between 1 and 10000"]),
-        ("[fit]\nnoise = \"pink\"\n", vec!["line 17: `fit.noise`", "pink", "possible values"]),
-        ("[fit]\nrobust = \"yes\"\n", vec!["line 17: `fit.robust`", "true or false"]),
-        ("[fit]\nseed = [1, 2]\n", vec!["line 17: `fit.seed`", "one value"]),
-        ("[parameters.set]\nk_quick = 1\n", vec!["line 17: `parameters.set.\"k_quick\"`", "no parameter"]),
-        ("[reading]\nzero = 12.34\n", vec!["line 17: `reading.zero`", "has no unit"]),
-        ("[fit\n", vec!["line 16", "toml.io"]),
-        ("[identify]\nvalidate = [{ name = \"x\" }]\n", vec!["line 17: `identify.validate`", "blake3"]),
+        ("[fitt]\nseed = 1\n", vec!["line 15: `fitt`", "there is no such field", "did you mean `fit"]),
+        ("[fit]\nseedd = 1\n", vec!["line 16: `fit.seedd`", "did you mean `fit.seed`"]),
+        ("[fit]\nstarts = 0\n", vec!["line 16: `fit.starts`", "must be between 1 and 10000"]),
+        ("[fit]\nnoise = \"pink\"\n", vec!["line 16: `fit.noise`", "pink", "possible values"]),
+        ("[fit]\nrobust = \"yes\"\n", vec!["line 16: `fit.robust`", "true or false"]),
+        ("[fit]\nseed = [1, 2]\n", vec!["line 16: `fit.seed`", "one value"]),
+        ("[parameters.set]\nk_quick = 1\n", vec!["line 16: `parameters.set.\"k_quick\"`", "no parameter"]),
+        ("[reading]\nzero = 12.34\n", vec!["line 16: `reading.zero`", "has no unit"]),
+        ("[fit\n", vec!["line 15", "toml.io"]),
+        ("[identify]\nvalidate = [{ name = \"x\" }]\n", vec!["line 16: `identify.validate`", "blake3"]),
     ] {
         let folder = d.path().join(format!("{}", more.len()));
         std::fs::create_dir_all(&folder).unwrap();
@@ -168,7 +168,7 @@ fn geometry_and_units_are_understood() {
     let printed = refuse(0, &["simulate", "--job", text(&file)]);
     assert!(printed.contains("given: geometry.punch_radius = 2 mm, material.n0s = 0.03"), "{printed}");
     assert!(std::fs::read_to_string(d.path().join("gel.toml")).unwrap() == said);
-    // The job that would be kept has the name of the one that was read, which is an input.
+    // The job that would be kept has the name of the one that was read, which is an input and says something else.
     let error = fail(&["simulate", "--job", text(&file), "--set", "geometry.punch_radius=1mm"]);
     assert!(error.contains("gel.toml"), "{error}");
     std::fs::write(&file, said.replace("2 mm", "2")).unwrap();

@@ -130,6 +130,8 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     }
     let assumptions = assumed::of(&engine, &parameters, &[]);
     let assumed = assumed::say_before(&assumptions);
+    let base = arguments.out.clone().unwrap_or_else(|| PathBuf::from(&motion.name));
+    call.keep_as(&with_suffix(&base, "toml"))?;
     let job = Job { parameters, protocol: motion.protocol, time_s: motion.time_s };
     let ended = engine.submit(&job, Priority::Urgent).wait();
     if let Some(pvd) = pvd.as_deref().filter(|pvd| pvd.is_file()) {
@@ -141,13 +143,11 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         Err(failure) => return Err(format!("the simulation failed: {failure}").into()),
     };
 
-    let base = arguments.out.clone().unwrap_or_else(|| PathBuf::from(&motion.name));
     let (csv, svg) = (with_suffix(&base, "csv"), with_suffix(&base, "svg"));
     let settings = arguments.engine.settings().join(" ");
     let comment = format!("{} simulated by {} {}", motion.name, engine.model_name(), settings);
     write_file(&csv, curve_csv(&curve, &[comment.trim().to_owned()]).as_bytes())?;
     write_file(&svg, force_plot(&motion.name, &curve).as_bytes())?;
-    call.keep_as(&with_suffix(&base, "toml"))?;
     let forces = curve.time_s.iter().zip(curve.force_n());
     if let Some((time, peak)) = forces.max_by(|a, b| a.1.total_cmp(b.1)) {
         say!("peak force {:.3} mN at {time:.3} s", peak * 1e3);

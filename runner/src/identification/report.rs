@@ -173,8 +173,8 @@ fn fixed_rows(c: &Context, values: &BTreeMap<String, f64>) -> Vec<FixedRow> {
     let mut rows = Vec::new();
     for (name, variable) in &c.setup.engine.wiring().parameters {
         let set = values.get(name).copied();
-        let absent_branch = || !has_branch(c, name, values);
-        if free(name) || (set.is_none() && (!name.starts_with("material.") || absent_branch())) {
+        let is_material = name.starts_with("material.");
+        if free(name) || (set.is_none() && !is_material) || !has_branch(c, name, values) {
             continue;
         }
         let tie = c.setup.unknowns.ties().iter().find(|t| t.name == *name);

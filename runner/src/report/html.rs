@@ -229,7 +229,7 @@ fn profiles(report: &FitReport) -> Markup {
     html! {
         @if !report.profiles.is_empty() {
             h2 { "Profiles of the likelihood" }
-            @for figure in figures::profiles(report) { (PreEscaped(figure)) }
+            div.pair { @for figure in figures::profiles(report) { (PreEscaped(figure)) } }
             p.caption {
                 "Rise of chi^2 when a value is given and everything else is fitted; the interval ends where it passes the line. Made \
                  where asked for, and where the linearised interval is open or curved."

@@ -33,8 +33,14 @@ impl Kept {
             let values: Vec<String> = raw.map(|v| v.to_string_lossy().into_owned()).collect();
             let defaults = command.get_arguments().find(|a| a.get_id().as_str() == id)?.get_default_values();
             let is_default = values.iter().map(String::as_str).eq(defaults.iter().filter_map(|d| d.to_str()));
+            // Of one name the last counts.
+            let name = |v: &String| v.split('=').next().map(|n| n.trim().to_owned());
+            let is_last = |(k, v): &(usize, &String)| {
+                place.form != Form::Table || !values[k + 1..].iter().any(|later| name(later) == name(v))
+            };
+            let last: Vec<String> = values.iter().enumerate().filter(is_last).map(|(_, v)| v.clone()).collect();
             // A flag has a default, too.
-            (place.form == Form::Flag || !is_default).then_some(Given { place, values })
+            (place.form == Form::Flag || !is_default).then_some(Given { place, values: last })
         };
         Self {
             command: command.get_name().to_owned(),

@@ -47,6 +47,8 @@ pub struct Invocation {
     kept: Kept,
     /// The job file it came from.
     job: Option<Job>,
+    /// The first field in which it differs from that file.
+    difference: Option<String>,
 }
 
 /// The command line with what the job file adds to it.
@@ -105,17 +107,19 @@ impl Expanded {
         let named = matches.subcommand().and_then(|(name, m)| Some((program.find_subcommand(name)?, m)));
         let kept =
             named.map(|(command, m)| Kept::of(command, m)).unwrap_or_else(|| Kept::of(program, matches));
-        if let (true, Some(job), Some((command, _))) = (self.resumed, &self.job, named) {
+        let mut difference = None;
+        if let (Some(job), Some((command, _))) = (&self.job, named) {
             let begun = [program.get_name().to_owned(), command.get_name().to_owned()];
             let words = job.entries.iter().flat_map(|e| e.words.iter().cloned());
             let words: Vec<String> = begun.into_iter().chain(in_order(words.collect())).collect();
-            let before = program.clone().ignore_errors(true).try_get_matches_from(words).ok();
-            let before = before.as_ref().and_then(ArgMatches::subcommand).map(|(_, m)| Kept::of(command, m));
-            if let Some(what) = before.and_then(|before| before.difference(&kept)) {
-                return Err(JobError::Differs { what: format!("`{what}`") });
-            }
+            let said = program.clone().ignore_errors(true).try_get_matches_from(words).ok();
+            let said = said.as_ref().and_then(ArgMatches::subcommand).map(|(_, m)| Kept::of(command, m));
+            difference = said.and_then(|said| said.difference(&kept));
         }
-        Ok(Invocation { stop, kept, job: self.job })
+        if let (true, Some(what)) = (self.resumed, &difference) {
+            return Err(JobError::Differs { what: format!("`{what}`") });
+        }
+        Ok(Invocation { stop, kept, job: self.job, difference })
     }
 }
 
@@ -177,7 +181,7 @@ impl Invocation {
     /// When it cannot be written, or a measurement can no longer be read.
     pub fn keep(&self, folder: &Folder) -> Result<(), JobError> {
         let text = self.kept.text(&folder.path().join(FILE))?;
-        if !self.is_there(&folder.path().join(FILE), &text) {
+        if !self.is_there(&folder.path().join(FILE)) {
             folder.write(FILE, text.as_bytes())?;
         }
         Ok(())
@@ -189,16 +193,15 @@ impl Invocation {
     /// As [`Self::keep`].
     pub fn keep_as(&self, file: &Path) -> Result<(), JobError> {
         let text = self.kept.text(file)?;
-        if !self.is_there(file, &text) {
+        if !self.is_there(file) {
             write_file(file, text.as_bytes())?;
         }
         Ok(())
     }
 
-    /// Whether the job file that was read is the very one that would be written.
-    fn is_there(&self, file: &Path, text: &str) -> bool {
-        let same = |f: &Path| f.canonicalize().ok();
-        let is_it = self.job.as_ref().is_some_and(|j| same(&j.file).is_some() && same(&j.file) == same(file));
-        is_it && std::fs::read_to_string(file).is_ok_and(|there| there == text)
+    /// Whether the job file that was read is at that place, and says the same.
+    fn is_there(&self, file: &Path) -> bool {
+        let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+        self.difference.is_none() && self.job.as_ref().is_some_and(|job| same(&job.file, file))
     }
 }
