@@ -150,8 +150,8 @@ fn over(files: usize) {
 }
 
 #[test]
-fn some_hundred_mutated_files_are_read_or_refused() {
-    over(400);
+fn a_thousand_mutated_files_are_read_or_refused() {
+    over(1000);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::assumed;
 use super::engine_args::{EngineArguments, show_notes};
 use super::identify::sample_height;
 use super::idle;
+use super::idle::nothing_fitted;
 use super::job::{Invocation, JobArguments};
 use super::progress::Progress;
 use super::terminal;
@@ -43,7 +44,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "measurements", value_hint = ValueHint::FilePath)]
     pub(super) published: Option<PathBuf>,
     /// Go on with the diagnosis of the --out directory as it was begun: finished runs are not repeated
-    #[arg(long, conflicts_with_all = ["measurements", "published"])]
+    #[arg(long, conflicts_with = "published")]
     pub(super) resume: bool,
     /// Screening, and a refit of the two leading effects only
     #[arg(long)]
@@ -76,6 +77,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
+    nothing_fitted(&arguments.reading, "diagnose")?;
     if let Some(file) = &arguments.published {
         return ratios_of(file, arguments, &call.stop);
     }

@@ -9,11 +9,14 @@ use super::progress::Progress;
 use super::report::{RESULT, write_views};
 use super::terminal;
 use super::{CliResult, Ending};
+use crate::data::reading::{Tare, Zero};
 use crate::data::{Measurement, Reading, Wanted, read_tests};
 use crate::engine::Engine;
 use crate::identification::profiles;
 use crate::identification::report::{Context, report};
-use crate::identification::{FitSettings, JacobianSource, identify};
+use crate::identification::{
+    Corrected, FitSettings, JacobianSource, Nuisances, identify, identify_with_zeros,
+};
 use crate::inference::start::{Known, Mentioned, Start};
 use crate::inference::{Requests, Setup, Unknowns};
 use crate::noise::{Observation, Uncertainty, Weights, check};
@@ -61,6 +64,14 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let recorded = RECORDED.map(str::to_owned);
     let engine = arguments.engine.engine(&recorded, derivatives, Some(cache), &call.stop)?;
     let (weights, plan) = (fit.weights()?, fit.plan()?);
+    let nuisances = Nuisances {
+        zero: arguments.reading.zero == Some(Zero::Fit),
+        tare: arguments.reading.tare == Some(Tare::Fit),
+    };
+    if let (Some(option), Uncertainty::None) = (arguments.reading.fitted(), weights.uncertainty) {
+        let why = format!("{option} needs to know the noise, and --noise none says that nothing is known");
+        return Err(UsageError(format!("{why}; leave one of the two out")).into());
+    }
     let height = sample_height(&engine, &arguments.engine)?;
     let files = [arguments.measurements.as_slice(), &arguments.validate].concat();
     let mut fitted = observations(&files, height, &arguments.reading)?;
@@ -115,9 +126,15 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         progress.show_fit(done as u64, text, numbers);
     };
     let setup = Setup { step: fit.fd_step, ..Setup::new(&engine, &fitted, &unknowns) };
-    let found = identify(setup, &weights, &plan, fit.robust, &mut observe);
+    let found = if nuisances == Nuisances::default() {
+        let identification = identify(setup, &weights, &plan, fit.robust, &mut observe);
+        identification.map(|identification| Corrected { identification, observations: vec![], rows: vec![] })
+    } else {
+        identify_with_zeros(setup, nuisances, &weights, &plan, fit.robust, &mut observe)
+    };
     progress.finish();
-    let found = found?;
+    let Corrected { identification: found, observations: moved, rows } = found?;
+    let setup = if moved.is_empty() { setup } else { Setup { observations: &moved, ..setup } };
     let context = Context {
         setup,
         validation: &validation,
@@ -126,6 +143,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         evaluations: plan.evaluations,
         command: call.command(),
         settings: kept_settings(arguments, start.as_ref().map(|s| &s.0)),
+        nuisances: rows,
         seconds: started.elapsed().as_secs_f64(),
     };
     let (mut report, missing) = report(&context, &found)?;

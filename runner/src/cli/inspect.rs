@@ -1,6 +1,7 @@
 //! `runner inspect`: measurements in, what they say without a model out.
 
 use super::exit::UsageError;
+use super::idle::nothing_fitted;
 use super::job::{Invocation, JobArguments};
 use super::terminal;
 use super::{CliResult, Ending};
@@ -69,6 +70,7 @@ impl WaterArguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
+    nothing_fitted(&arguments.reading, "inspect")?;
     let threshold_mn = arguments.contact_threshold_mn;
     if threshold_mn.is_nan() || threshold_mn <= 0.0 {
         return Err(UsageError(format!("--contact-threshold-mn {threshold_mn}: must be positive")).into());

@@ -3,6 +3,7 @@
 use super::assumed;
 use super::engine_args::EngineArguments;
 use super::fields::FieldArguments;
+use super::idle::nothing_fitted;
 use super::job::{Invocation, JobArguments};
 use super::plots::force_plot;
 use super::protocols::motion;
@@ -104,6 +105,7 @@ impl Simulation {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
+    nothing_fitted(&arguments.reading, "simulate")?;
     let stop = &call.stop;
     let motion = motion(&arguments.motion, arguments.cycles, arguments.points, &arguments.reading)?;
     let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };

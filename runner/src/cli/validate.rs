@@ -3,6 +3,7 @@
 use super::assumed;
 use super::engine_args::EngineArguments;
 use super::identify::{observations, sample_height};
+use super::idle::nothing_fitted;
 use super::job::{Invocation, JobArguments};
 use super::terminal;
 use super::{CliResult, Ending};
@@ -112,6 +113,7 @@ impl ValidatedTest {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
+    nothing_fitted(&arguments.reading, "validate")?;
     let recorded = ["force_solid", "force_fluid"].map(str::to_owned);
     let engine = arguments.engine.engine(&recorded, false, None, &call.stop)?;
     let values = settings_from(engine.wiring(), &arguments.engine.settings())?;

@@ -18,12 +18,13 @@ pub struct Reading {
     #[arg(long, value_enum, value_name = "QUANTITY", num_args = 0..=1, require_equals = true,
         default_missing_value = "both")]
     pub flip: Option<Flip>,
-    /// Where the sample's surface is: contact (where the force begins to rise), first (the first sample), or a value in
-    /// the file's coordinate, e.g. 12.34mm
-    #[arg(long, value_name = "contact|first|VALUE", allow_hyphen_values = true)]
+    /// Where the sample's surface is: contact (where the force begins to rise), first (the first sample), fit (unknown,
+    /// found by `identify` with the rest), or a value in the file's coordinate, e.g. 12.34mm
+    #[arg(long, value_name = "contact|first|fit|VALUE", allow_hyphen_values = true)]
     pub zero: Option<Zero>,
-    /// What the load cell reads without load: off-contact (the mean before contact), first, none, or a value, e.g. 1.2mN
-    #[arg(long, value_name = "off-contact|first|none|VALUE", allow_hyphen_values = true)]
+    /// What the load cell reads without load: off-contact (the mean before contact), first, none, fit (unknown, found by
+    /// `identify` with the rest), or a value, e.g. 1.2mN
+    #[arg(long, value_name = "off-contact|first|none|fit|VALUE", allow_hyphen_values = true)]
     pub tare: Option<Tare>,
     /// The decimal mark, where `1,234` may be either
     #[arg(long, value_enum, value_name = "MARK")]
@@ -61,6 +62,8 @@ pub enum Zero {
     Contact,
     /// Where the file begins.
     First,
+    /// An unknown of the fit, sought around where the force begins to rise.
+    Fit,
     /// At this displacement (m), in the file's coordinate.
     At(f64),
 }
@@ -74,8 +77,21 @@ pub enum Tare {
     First,
     /// Nothing is taken off.
     None,
+    /// An unknown of the fit, sought around the mean before contact.
+    Fit,
     /// This force (N), in the file's sign.
     At(f64),
+}
+
+impl Reading {
+    /// The option that asks for an unknown of a fit, where there is one.
+    pub fn fitted(&self) -> Option<&'static str> {
+        match (self.zero, self.tare) {
+            (Some(Zero::Fit), _) => Some("--zero fit"),
+            (_, Some(Tare::Fit)) => Some("--tare fit"),
+            _ => None,
+        }
+    }
 }
 
 impl FromStr for ColumnChoice {
@@ -114,6 +130,7 @@ impl FromStr for Zero {
         match text {
             "contact" => Ok(Self::Contact),
             "first" => Ok(Self::First),
+            "fit" => Ok(Self::Fit),
             value => with_unit(value, Dimension::Length, "12.34mm").map(Self::At),
         }
     }
@@ -127,6 +144,7 @@ impl FromStr for Tare {
             "off-contact" => Ok(Self::OffContact),
             "first" => Ok(Self::First),
             "none" => Ok(Self::None),
+            "fit" => Ok(Self::Fit),
             value => with_unit(value, Dimension::Force, "1.2mN").map(Self::At),
         }
     }

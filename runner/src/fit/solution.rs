@@ -113,4 +113,11 @@ impl Solution {
     pub fn iteration_count(&self) -> usize {
         self.iterations.last().map_or(0, |r| r.iteration)
     }
+
+    /// Puts the iterations of the fit that this one went on from in front; counting goes on.
+    pub fn go_on_from(&mut self, earlier: Vec<IterationRecord>) {
+        let before = earlier.last().map_or(0, |r| r.iteration);
+        self.iterations.iter_mut().for_each(|r| r.iteration += before);
+        self.iterations.splice(0..0, earlier);
+    }
 }

@@ -12,7 +12,7 @@ use crate::inference::{Setup, Statistics, Values};
 use crate::noise::{Covariance, Observation, ObservationError, Weights, noise_model};
 use crate::pool::ForceCurve;
 use crate::report::{
-    Assembly, FitReport, FixedRow, MeasuredCurve, Role, RunStatistics, Setting, SpecimenCurve,
+    Assembly, FitReport, FixedRow, MeasuredCurve, NuisanceRow, Role, RunStatistics, Setting, SpecimenCurve,
 };
 use crate::score::chi_square;
 use std::collections::BTreeMap;
@@ -46,6 +46,8 @@ pub struct Context<'a> {
     pub command: String,
     /// Settings worth keeping.
     pub settings: Vec<Setting>,
+    /// Contact points and load cells' zeros that were fitted.
+    pub nuisances: Vec<NuisanceRow>,
     /// Wall time (s).
     pub seconds: f64,
 }
@@ -123,6 +125,7 @@ pub fn report(
         starts: identification.found.starts.clone(),
         settings: settings(c, &descriptions),
         assumptions: rests_on(c, values),
+        nuisances: c.nuisances.clone(),
     };
     Ok((assembly.build()?, missing))
 }

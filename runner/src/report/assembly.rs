@@ -84,6 +84,8 @@ pub struct Assembly<'a> {
     pub settings: Vec<Setting>,
     /// Parameters that were not fitted.
     pub assumptions: Vec<Assumption>,
+    /// Contact points and load cells' zeros that were.
+    pub nuisances: Vec<NuisanceRow>,
 }
 
 impl Assembly<'_> {
@@ -112,6 +114,7 @@ impl Assembly<'_> {
             parameters: statistics.estimates.iter().map(row).collect(),
             fixed: self.fixed,
             assumptions: self.assumptions,
+            nuisances: self.nuisances,
             derived: derived
                 .iter()
                 .map(|d| DerivedRow {

@@ -34,6 +34,9 @@ pub struct FitReport {
     /// What the result rests on: every parameter that was not fitted, given or assumed.
     #[serde(default)]
     pub assumptions: Vec<Assumption>,
+    /// Contact points and load cells' zeros that were fitted with the parameters.
+    #[serde(default)]
+    pub nuisances: Vec<NuisanceRow>,
     /// Quantities computed from the parameters.
     pub derived: Vec<DerivedRow>,
     /// How much better values are known from everything than from the first loading and hold of each test; empty
@@ -148,6 +151,21 @@ pub struct ParameterRow {
     /// The interval is that of a profile of the likelihood.
     #[serde(default)]
     pub profiled: bool,
+}
+
+/// What a test does not say itself and no law of the material is: where its surface is, what its load cell reads without load.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NuisanceRow {
+    /// What, of which test.
+    pub name: String,
+    /// Unit of all values in this row.
+    pub unit: String,
+    /// How much higher the surface lies, or the load cell reads, than was read from the file (and told there).
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub lower: f64,
+    /// Upper end of the 95 % interval.
+    pub upper: f64,
 }
 
 /// A parameter that was not fitted.

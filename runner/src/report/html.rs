@@ -17,6 +17,7 @@ pub fn page(report: &FitReport) -> String {
         (verdict(&report.verdict))
         (parameters(report))
         (derived(report))
+        (nuisances(report))
         (profiles(report))
         (gains(report))
         (curves(report))
@@ -221,6 +222,27 @@ fn derived(report: &FitReport) -> Markup {
                 } } }
             }
             p.caption { "Intervals by the delta method from the full covariance of the parameters." }
+        }
+    }
+}
+
+fn nuisances(report: &FitReport) -> Markup {
+    html! {
+        @if !report.nuisances.is_empty() {
+            h2 { "Zeros that were fitted" }
+            table {
+                thead { tr { th { "" } th.number { "higher by" } th { "unit" } th { "95 % interval" } } }
+                tbody { @for n in &report.nuisances { tr {
+                    td { (n.name) }
+                    td.number { (set(n.value, 3)) }
+                    td { (n.unit) }
+                    td { (set(n.lower, 3)) " … " (set(n.upper, 3)) }
+                } } }
+            }
+            p.caption {
+                "Unknowns of each test, found with the parameters, whose intervals include what is not known of them: how much higher \
+                 the surface lies, and the load cell reads without load, than was read from the file. The curves below are corrected."
+            }
         }
     }
 }

@@ -29,6 +29,15 @@ pub fn table(report: &FitReport) -> String {
         })
         .collect();
     columns(&mut out, ["derived", "value", "95 % interval", "known to", "formula"], &derived);
+    let nuisances: Vec<Vec<String>> = report
+        .nuisances
+        .iter()
+        .map(|n| {
+            let range = format!("{} .. {}", significant(n.lower, 3), significant(n.upper, 3));
+            vec![n.name.clone(), value(n.value, &n.unit), range]
+        })
+        .collect();
+    columns(&mut out, ["beyond what was read", "higher by", "95 % interval"], &nuisances);
     let pair =
         |p: Pair, digits| format!("{} / {}", significant(p.measured, digits), significant(p.model, digits));
     let measurements: Vec<Vec<String>> = report

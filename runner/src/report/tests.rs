@@ -70,6 +70,7 @@ fn report() -> FitReport {
         runs: RunStatistics { runs: 40, cache_hits: 3, failed: 1, ..RunStatistics::default() },
         starts: vec![],
         assumptions: vec![],
+        nuisances: vec![],
         settings: vec![],
     }
     .build()
@@ -159,6 +160,7 @@ fn curves_of_different_length_are_refused() {
         runs: RunStatistics::default(),
         starts: vec![],
         assumptions: vec![],
+        nuisances: vec![],
         settings: vec![],
     };
     assert!(assembly.build().is_err());

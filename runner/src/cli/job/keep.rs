@@ -38,7 +38,8 @@ impl Kept {
             let is_last = |(k, v): &(usize, &String)| {
                 place.form != Form::Table || !values[k + 1..].iter().any(|later| name(later) == name(v))
             };
-            let last: Vec<String> = values.iter().enumerate().filter(is_last).map(|(_, v)| v.clone()).collect();
+            let last: Vec<String> =
+                values.iter().enumerate().filter(is_last).map(|(_, v)| v.clone()).collect();
             // A flag has a default, too.
             (place.form == Form::Flag || !is_default).then_some(Given { place, values: last })
         };

@@ -201,7 +201,8 @@ impl Invocation {
 
     /// Whether the job file that was read is at that place, and says the same.
     fn is_there(&self, file: &Path) -> bool {
-        let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+        let same =
+            |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
         self.difference.is_none() && self.job.as_ref().is_some_and(|job| same(&job.file, file))
     }
 }
