@@ -28,7 +28,7 @@ pub struct Job {
     pub file: PathBuf,
     /// Its options, in their order.
     pub entries: Vec<Entry>,
-    /// Tables that the command does not use.
+    /// Fields that the command does not use.
     pub unused: Vec<String>,
 }
 
@@ -143,9 +143,9 @@ impl Reader<'_> {
         }
         let Some(place) = self.own.iter().find(|p| p.path == place.path).cloned() else {
             // Another command's own table is that command's matter.
-            let table = place.path[0].clone();
-            if !COMMANDS.contains(&table.as_str()) && !self.unused.contains(&table) {
-                self.unused.push(table);
+            let field = if is_geometry { GEOMETRY.to_owned() } else { place.path.join(".") };
+            if !COMMANDS.contains(&place.path[0].as_str()) && !self.unused.contains(&field) {
+                self.unused.push(field);
             }
             return Ok(());
         };

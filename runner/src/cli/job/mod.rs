@@ -163,11 +163,10 @@ impl Invocation {
         self.kept.command_line()
     }
 
-    /// Tables of the job file that the command does not use.
+    /// Fields of the job file that the command does not use.
     pub fn unused(&self) -> Option<String> {
         let job = self.job.as_ref().filter(|j| !j.unused.is_empty())?;
-        let tables: Vec<String> = job.unused.iter().map(|t| format!("[{t}]")).collect();
-        Some(format!("{}: not used by this command: {}", job.file.display(), tables.join(", ")))
+        Some(format!("{}: not used by this command: {}", job.file.display(), job.unused.join(", ")))
     }
 
     /// An error with the place in the job file that it is about, if there is one.
