@@ -32,12 +32,19 @@ fn pick(values: &[f64], shown: &[usize]) -> Vec<f64> {
 fn force(c: &CurvePair) -> String {
     let (axis, shown) = axis(c);
     let t = pick(&c.time_s, &shown);
-    let mut chart = Chart::new(&c.name, axis, Axis::linear("force (mN)"), HALF)
-        .with_reference(0.0)
+    let mut chart = Chart::new(&c.name, axis, Axis::linear("force (mN)"), HALF).with_reference(0.0);
+    for specimen in &c.specimens_mn {
+        chart = chart.with(None, palette::GREY, Mark::Thin, &t, &pick(specimen, &shown));
+    }
+    chart = chart
         .with(None, palette::INK, Mark::Points, &t, &pick(&c.measured_mn, &shown))
-        .with(None, palette::BLUE, Mark::Line, &t, &pick(&c.before_mn, &shown));
+        .told("measured")
+        .with(None, palette::BLUE, Mark::Line, &t, &pick(&c.before_mn, &shown))
+        .told("plain model");
     if let Some(after) = &c.after_mn {
-        chart = chart.with(None, palette::VERMILION, Mark::Dashed, &t, &pick(after, &shown));
+        chart = chart
+            .with(None, palette::VERMILION, Mark::Dashed, &t, &pick(after, &shown))
+            .told("with the effect");
     }
     chart.to_svg()
 }
@@ -51,9 +58,12 @@ fn residual(c: &CurvePair) -> String {
     let mut chart = Chart::new("Measured minus model", axis, Axis::linear("difference (mN)"), HALF)
         .with_reference(0.0)
         .with(None, palette::GREY, Mark::Band(band), &t, &low)
-        .with(None, palette::BLUE, Mark::Line, &t, &minus(&c.before_mn));
+        .with(None, palette::BLUE, Mark::Line, &t, &minus(&c.before_mn))
+        .told("minus the plain model");
     if let Some(after) = &c.after_mn {
-        chart = chart.with(None, palette::VERMILION, Mark::Line, &t, &minus(after));
+        chart = chart
+            .with(None, palette::VERMILION, Mark::Line, &t, &minus(after))
+            .told("minus the model with the effect");
     }
     chart.to_svg()
 }

@@ -50,7 +50,7 @@ fn curves(d: &Diagnosis) -> Markup {
         h2 { "Measured and model, before and after" }
         @for figure in figures::curves(d) { div.pair { @for half in figure { (PreEscaped(half)) } } }
         p.caption {
-            "Left: force, with what the plain model gives (blue) and the model with the effect (vermilion). Right: measured minus model; \
+            "Left: force (thin lines: every specimen), with what the plain model gives (blue) and the model with the effect (vermilion). Right: measured minus model; \
              grey band: ± two standard deviations of the measured curve, error of the simulation included."
         }
     }

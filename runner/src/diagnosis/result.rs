@@ -325,6 +325,9 @@ pub struct CurvePair {
     pub time_s: Vec<f64>,
     /// Measured (mN).
     pub measured_mn: Vec<f64>,
+    /// Each specimen's curve (mN), where the file has them.
+    #[serde(default)]
+    pub specimens_mn: Vec<Vec<f64>>,
     /// Standard deviation of the measured curve, simulation error included (mN).
     pub sigma_mn: Vec<f64>,
     /// Plain model (mN).
