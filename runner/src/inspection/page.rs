@@ -89,7 +89,7 @@ fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
             @if let Some(f) = figures::holds(test) { (PreEscaped(f)) }
         }
         p.caption {
-            "Left: median and quartiles of the specimens. Right: medians, cycle 1 black with its quartiles, the last \
+            "Left: median and quartiles of the specimens. Right: medians, cycle 1 in the colour of the letters with its quartiles, the last \
              cycle red, those between blue. The hold is divided into the last \
              decade of time before its end (late), the decade before that (middle) and what is earlier."
         }
