@@ -253,7 +253,7 @@ fn profiles(report: &FitReport) -> Markup {
             h2 { "Profiles of the likelihood" }
             div.pair { @for figure in figures::profiles(report) { (PreEscaped(figure)) } }
             p.caption {
-                "Rise of chi^2 when a value is given and everything else is fitted; the interval ends where it passes the line. Made \
+                "Rise of χ² when a value is given and everything else is fitted; the interval ends where it passes the line. Made \
                  where asked for, and where the linearised interval is open or curved."
             }
         }
