@@ -4,6 +4,7 @@ use super::diagnose::{self, diagnosis_of, tests_of};
 use super::engine_args::EngineArguments;
 use super::job::JobArguments;
 use super::progress::Progress;
+use super::terminal;
 use super::{CliResult, Ending};
 use crate::challenge::draw::Kind;
 use crate::challenge::key::{SEAL, open};
@@ -215,6 +216,8 @@ fn score_answers(arguments: &Score) -> CliResult {
     say!("{text}");
     let base = arguments.out.clone().unwrap_or_else(|| arguments.folder.join("scores"));
     write_file(&base.with_extension("md"), text.as_bytes())?;
-    write_file(&base.with_extension("json"), &serde_json::to_vec_pretty(&table)?)?;
+    let file = base.with_extension("json");
+    write_file(&file, &json(&file, &table)?)?;
+    terminal::result(&table)?;
     Ok(Ending::Complete)
 }
