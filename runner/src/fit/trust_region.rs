@@ -190,6 +190,7 @@ fn iterate<P: Problem + ?Sized>(
         theta: (1.0 - optimality).max(0.995),
     };
 
+    let mut rejected = false;
     loop {
         if log.evaluations >= options.max_evaluations {
             return (None, Some(StopReason::EvaluationBudget));
@@ -204,7 +205,14 @@ fn iterate<P: Problem + ?Sized>(
             return (None, Some(StopReason::Step));
         }
         let is_full = scaled_norm < 0.95 * *radius;
-        if is_full && step.predicted < options.foreseen_tolerance * point.cost {
+        // Where a longer step was rejected, one that promises no change that counts ends it: noise of the residuals, such as steps of
+        // an adaptive solver that come and go, would have the region shrink until it vanishes.
+        let least = match (is_full, rejected) {
+            (_, true) => options.chi_square_tolerance,
+            (true, false) => options.foreseen_tolerance,
+            (false, false) => 0.0,
+        };
+        if step.predicted < least * point.cost {
             return (None, Some(StopReason::ChiSquareChange));
         }
         let shrink = |radius: &mut f64, alpha: &mut f64| {
@@ -239,6 +247,7 @@ fn iterate<P: Problem + ?Sized>(
 
         if actual <= 0.0 {
             problem.rejected(x_new.as_slice());
+            rejected = true;
             if outcome.is_some() {
                 return (None, outcome);
             }

@@ -66,8 +66,10 @@ pub fn report(
 ) -> Result<(FitReport, Vec<String>), ReportError> {
     let c = context;
     let (fit, values) = (&identification.found.fit, &identification.values);
-    // The fit's own runs have the derivatives; those of other tests need none.
-    let derivatives = ForceProblem::new(c.setup, &[]).exact_columns() > 0;
+    // The fit's own runs have the derivatives, but where a rough model stands for them; those of other tests need none.
+    let twin = identification.found.twin.as_ref();
+    let derivatives = twin.is_none() && ForceProblem::new(c.setup, &[]).exact_columns() > 0;
+    let around = twin.map_or(c.setup, |twin| twin.setup(c.setup));
     let fitted = c.setup.observations;
     let (mut missing, mut measured, mut descriptions) = (Vec::new(), Vec::new(), Vec::new());
     let mut before = 0;
@@ -102,7 +104,7 @@ pub fn report(
     let statistics = Statistics::new(c.setup.unknowns, fit, &stretches)?;
     let profiles = match fit.solution.stop.converged() {
         // What a stop leaves undone is told by the exit code; the linearised intervals stand.
-        true => profiles(c.setup, fit, &statistics, c.evaluations, c.profile).unwrap_or_default(),
+        true => profiles(around, fit, &statistics, c.evaluations, c.profile).unwrap_or_default(),
         false => vec![],
     };
     let assembly = Assembly {

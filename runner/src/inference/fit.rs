@@ -1,9 +1,11 @@
 //! Fits by generalised least squares: the plain model, or the model with effects, and their linearisation.
 
-use super::effect::{Candidate, Sign, is_continuous};
+use super::effect::{Candidate, is_continuous};
 use super::jacobian_load::JacobianLoad;
-use super::linearised::{Linearised, normal_cdf};
+use super::linearised::Linearised;
+use super::magnitude::prior_weight;
 use super::problem::ForceProblem;
+use super::rough::Twin;
 use super::setup::Setup;
 use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{
@@ -32,6 +34,8 @@ pub struct Fit {
     pub prior: Prior,
     /// Of the measured force minus this model's.
     pub covariance: Covariance,
+    /// Whether it was carried on to its minimum.
+    pub is_at_minimum: bool,
 }
 
 /// A fit ends where the next iteration is expected to lower chi^2 by less than this: a value then moves by a seventh of its deviation.
@@ -40,7 +44,7 @@ const FORESEEN: f64 = 0.02;
 /// of the model's own steps.
 const SETTLED: f64 = 0.1;
 /// An iteration that lowers chi^2 by a smaller part ends a rough fit.
-const ROUGH: f64 = 3e-2;
+pub const ROUGH: f64 = 3e-2;
 /// An iteration that is expected to lower chi^2 by less than this part of it is not made in a rough fit.
 const ROUGH_FORESEEN: f64 = 3e-3;
 /// A rough fit with this chi^2 per point is near the best: no further start is tried.
@@ -74,8 +78,19 @@ pub struct FitPlan {
     pub starts: Vec<Vec<f64>>,
     /// Largest number of evaluations per start.
     pub evaluations: usize,
-    /// With a rough fit of this chi^2 no further start is tried.
-    pub content: f64,
+    /// How far the best of them is carried.
+    pub depth: Depth,
+}
+
+/// How far a fit is carried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Depth {
+    /// Until an iteration gains a few per cent of chi^2 only.
+    Rough,
+    /// To its minimum where it may meet the data.
+    Competing,
+    /// To its minimum.
+    Minimum,
 }
 
 /// How a search from several starts is made.
@@ -102,10 +117,12 @@ pub struct Found {
     pub load: JacobianLoad,
     /// Points at which the model failed.
     pub failed_points: u64,
+    /// The rough model that stands for the one asked for around the fit, where one was used.
+    pub twin: Option<Twin>,
 }
 
 /// What a fit makes small. Where the size of the noise is not known, nor is what the prior weighs against it: then it is left out.
-fn problem<'a>(
+pub(super) fn problem<'a>(
     setup: Setup<'a>,
     active: &[&'a Candidate],
     covariance: &'a Covariance,
@@ -173,6 +190,17 @@ pub fn search(
     plan: &SearchPlan,
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Found, FitFailure> {
+    search_to(setup, covariance, plan, &options(setup, plan.evaluations), observe)
+}
+
+/// The same with other tolerances.
+pub(super) fn search_to(
+    setup: Setup,
+    covariance: &Covariance,
+    plan: &SearchPlan,
+    options: &Options,
+    observe: &mut dyn FnMut(usize, &IterationRecord),
+) -> Result<Found, FitFailure> {
     let u = setup.unknowns;
     let mut problem = problem(setup, &[], covariance);
     let many = MultiStartOptions { starts: plan.starts.max(1), refined: REFINED, seed: plan.seed };
@@ -180,13 +208,12 @@ pub fn search(
         observe(start, record);
         if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let options = options(setup, plan.evaluations);
     let found =
-        minimise_from_many(&mut problem, u.start(), u.optimiser_bounds(), &options, &many, &mut watch)?;
+        minimise_from_many(&mut problem, u.start(), u.optimiser_bounds(), options, &many, &mut watch)?;
     // Its runs were made: no stop keeps them from being seen.
     let (load, failed_points) = (problem.inner().load(), problem.inner().failed());
     let fit = Fit::at(setup, &[], covariance, found.best)?;
-    Ok(Found { fit, best_start: found.best_start, starts: found.records, load, failed_points })
+    Ok(Found { fit, best_start: found.best_start, starts: found.records, load, failed_points, twin: None })
 }
 
 /// Fits the plain model from a point near the optimum.
@@ -208,7 +235,7 @@ pub fn refit(
     Ok(Fit::at(setup, &[], covariance, solution)?)
 }
 
-/// Fits parameters and the magnitudes of `active` (normal before, see [`super::problem::PRIOR_DEVIATION`]).
+/// Fits parameters and the magnitudes of `active`, of which no admissible size is held against another before.
 ///
 /// # Errors
 /// When no start can be evaluated, or the user asked to stop.
@@ -241,7 +268,7 @@ pub fn fit(
     let mut solution: Option<Solution> = None;
     let mut failure = None;
     let points = setup.measured_mn().len() as f64;
-    let enough = plan.content.max(ENOUGH * points);
+    let enough = ENOUGH * points;
     for start in &plan.starts {
         if solution.as_ref().is_some_and(|s| s.chi_square < enough) {
             break;
@@ -262,10 +289,15 @@ pub fn fit(
         (None, Some(failure)) => return Err(failure),
         (None, None) => return Err(FitFailure::NoStart),
     };
-    if solution.chi_square < HOPELESS * points {
+    let is_at_minimum = match plan.depth {
+        Depth::Rough => false,
+        Depth::Competing => solution.chi_square < HOPELESS * points,
+        Depth::Minimum => true,
+    };
+    if is_at_minimum {
         solution = from(&solution.x, &settled)?;
     }
-    Ok(Fit::at(setup, active, covariance, solution)?)
+    Ok(Fit { is_at_minimum, ..Fit::at(setup, active, covariance, solution)? })
 }
 
 /// A model, linearised.
@@ -332,7 +364,7 @@ impl Fit {
         let Tangent { gap_mn, jacobian_mn, covariance, linear } =
             Tangent::at(setup, active, covariance, &prior, &solution.x)?;
         let parameters = setup.unknowns.len();
-        Ok(Self { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance })
+        Ok(Self { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance, is_at_minimum: true })
     }
 
     /// What some of the points alone say around the same optimum.
@@ -385,20 +417,16 @@ impl Fit {
 
     /// Twice the log evidence (Laplace), up to what all models of these data share.
     ///
-    /// `-chi^2 - ln det Sigma - ln det(W'W) - sum ln(prior variance)`; a positive effect's prior is a half normal.
+    /// `-chi^2 - ln det Sigma - ln det(W'W) - sum ln(prior variance)` of the parameters, and for each magnitude what
+    /// [`super::magnitude`] says of it.
     pub fn evidence(&self, active: &[&Candidate]) -> f64 {
-        let variances: f64 = self.prior.deviation.iter().map(|s| 2.0 * s.ln()).sum();
+        let variances: f64 = self.prior.deviation[..self.parameters].iter().map(|s| 2.0 * s.ln()).sum();
         let free = active.iter().filter(|c| is_continuous(c));
-        let sides = free.zip(self.magnitudes()).zip(self.magnitude_deviations());
-        let one_sided = |((candidate, m), s): ((&&Candidate, &f64), f64)| match candidate.effect.sign {
-            Sign::Either => 0.0,
-            Sign::Positive | Sign::Switch => 2.0 * (2.0 * normal_cdf(m / s)).ln(),
+        let sizes = free.zip(self.magnitudes()).zip(self.magnitude_deviations());
+        let size = |((candidate, m), s): ((&&Candidate, &f64), f64)| {
+            prior_weight(*m, s, candidate.is_one_sided()) - 2.0 * s.ln()
         };
-        let sides: f64 = sides.map(one_sided).sum();
-        -self.solution.chi_square
-            - self.covariance.log_determinant()
-            - self.linear.log_curvature()
-            - variances
-            + sides
+        let sizes: f64 = sizes.map(size).sum();
+        -self.misfit() - self.covariance.log_determinant() - self.linear.log_curvature() - variances + sizes
     }
 }

@@ -1,12 +1,14 @@
 //! The covariance of the data at the start of a fit, with the error of the simulation from another mesh and finer time steps.
 
 use super::problem::ForceProblem;
+use super::rough;
 use super::setup::{Setup, job};
 use crate::fit::EvaluationFailure;
 use crate::noise::{
     Common, NoiseModel, Observation, ObservationError, Uncertainty, Weights, noise_model, refinement,
 };
 use crate::pool::{Priority, Run};
+use std::collections::BTreeMap;
 use thiserror::Error;
 
 const PRESET: &str = "mesh.preset";
@@ -15,9 +17,6 @@ const TOLERANCE: &str = "solver.tolerance";
 const COARSEST: f64 = 1.0;
 /// A tolerance ten times smaller leaves a negligible error.
 const TIGHTER: f64 = 0.1;
-
-/// A parameter's new value from its old one.
-type Change = fn(f64) -> f64;
 
 /// A covariance that cannot be made.
 #[derive(Debug, Error)]
@@ -36,13 +35,25 @@ pub enum NoiseFailure {
 /// # Errors
 /// When the uncertainty asked for needs what a file does not have, or the user asked to stop.
 pub fn noise_at_start(setup: Setup, weights: &Weights) -> Result<NoiseModel, NoiseFailure> {
-    let start = setup.unknowns.start();
-    // With derivatives: the fit begins with the same runs.
-    let derivatives = ForceProblem::new(setup, &[]).exact_columns() > 0;
-    let runs = setup.submit(start, &[], derivatives, Priority::Urgent);
+    noise_at(setup, setup.unknowns.start(), weights, true)
+}
+
+/// The same for the computed force at `x`; `with_refinement`: with what another mesh and finer steps change there.
+///
+/// # Errors
+/// As [`noise_at_start`].
+pub fn noise_at(
+    setup: Setup,
+    x: &[f64],
+    weights: &Weights,
+    with_refinement: bool,
+) -> Result<NoiseModel, NoiseFailure> {
+    // With derivatives where the fit begins with the same runs.
+    let derivatives = !rough::applies(setup) && ForceProblem::new(setup, &[]).exact_columns() > 0;
+    let runs = setup.submit(x, &[], derivatives, Priority::Urgent);
     let (reference, refined) = match Setup::computable_forces_mn(&runs)? {
-        Some(forces) if weights.uncertainty != Uncertainty::None => {
-            let refined = refined(setup, start, &forces)?;
+        Some(forces) if with_refinement && weights.uncertainty != Uncertainty::None => {
+            let refined = refined(setup, x, &forces)?;
             (forces, refined)
         }
         Some(forces) => (forces, vec![]),
@@ -54,29 +65,35 @@ pub fn noise_at_start(setup: Setup, weights: &Weights) -> Result<NoiseModel, Noi
 /// Differences that the neighbouring mesh and finer steps make at `x`, where the force is `plain` (mN); none for an FMU without such
 /// parameters. A run that fails adds nothing.
 fn refined(setup: Setup, x: &[f64], plain: &[f64]) -> Result<Vec<Common>, EvaluationFailure> {
-    let changes: [(&str, &str, Change); 2] = [
-        // To the next coarser mesh the force changes as much as to the next finer one (0.25 and 0.2 % of the peak for the standard mesh),
-        // at a sixth of the cost.
-        ("mesh", PRESET, |preset| if preset > COARSEST { preset - 1.0 } else { preset + 1.0 }),
-        ("time steps", TOLERANCE, |tolerance| tolerance * TIGHTER),
-    ];
-    let started = changes.iter().filter_map(|(name, parameter, change)| {
-        let mut values = setup.unknowns.settings(x);
-        let value = setup.value(&values, parameter)?;
-        if change(value) == value {
-            return None;
-        }
-        values.insert((*parameter).to_owned(), change(value));
-        let start = |o: &Observation| setup.engine.submit(&job(o, &values), Priority::Urgent);
-        Some((*name, setup.observations.iter().map(start).collect::<Vec<Run>>()))
+    let values = setup.unknowns.settings(x);
+    let submit = |values: &BTreeMap<String, f64>| -> Vec<Run> {
+        let start = |o: &Observation| setup.engine.submit(&job(o, values), Priority::Urgent);
+        setup.observations.iter().map(start).collect()
+    };
+    let (preset, tolerance) = (setup.value(&values, PRESET), setup.value(&values, TOLERANCE));
+    // To the next coarser mesh the force changes as much as to the next finer one (0.25 and 0.2 % of the peak for the standard mesh),
+    // at a sixth of the cost.
+    let neighbour = preset.map(|preset| {
+        let other = if preset > COARSEST { preset - 1.0 } else { preset + 1.0 };
+        let mut values = values.clone();
+        values.insert(PRESET.to_owned(), other);
+        values
+    });
+    // What steps leave depends little on the mesh: the coarser one tells it.
+    let is_coarser = preset.is_some_and(|preset| preset > COARSEST);
+    let cheaper = neighbour.as_ref().filter(|_| is_coarser).unwrap_or(&values);
+    let tighter = tolerance.map(|tolerance| {
+        let mut values = cheaper.clone();
+        values.insert(TOLERANCE.to_owned(), tolerance * TIGHTER);
+        values
     });
     // All at once: they keep two cores busy.
-    let started: Vec<(&str, Vec<Run>)> = started.collect();
-    let mut all = Vec::new();
-    for (name, runs) in started {
-        if let Some(fine) = Setup::computable_forces_mn(&runs)? {
-            all.extend(refinement(&format!("simulation: {name}"), plain, &fine));
-        }
-    }
-    Ok(all)
+    let (neighbour, tighter) = (neighbour.as_ref().map(submit), tighter.as_ref().map(submit));
+    let forces = |runs: Option<Vec<Run>>| runs.map_or(Ok(None), |runs| Setup::computable_forces_mn(&runs));
+    let (neighbour, tighter) = (forces(neighbour)?, forces(tighter)?);
+    let with_steps = if is_coarser { neighbour.as_deref() } else { Some(plain) };
+    let mesh = neighbour.as_deref().and_then(|other| refinement("simulation: mesh", plain, other));
+    let steps = with_steps.zip(tighter.as_deref());
+    let steps = steps.and_then(|(coarse, fine)| refinement("simulation: time steps", coarse, fine));
+    Ok(mesh.into_iter().chain(steps).collect())
 }

@@ -3,17 +3,17 @@
 //! The rough model - coarsest mesh, steps and residuals as accurate as it is - differs by a per cent of the force and costs a
 //! fraction. It is fitted; then the difference of the two models at the solution is added to its force as it is, and the fit
 //! goes on, until a run of the model asked for gives what the corrected rough one foresees (space mapping: Bandler et al. 1994).
-//! The solution is that of the model asked for; derivatives on the way, whose errors only slow the iteration, are the rough one's.
+//! The solution and its force are those of the model asked for. Derivatives are the rough one's: they are as accurate as it is, a
+//! per cent, and so are the widths of intervals.
 
-use super::fit::{Fit, FitFailure, Found, SearchPlan, options, search};
+use super::fit::{Fit, FitFailure, Found, SearchPlan, options, problem, search, search_to};
 use super::problem::ForceProblem;
 use super::setup::Setup;
-use crate::fit::{
-    EvaluationFailure, IterationRecord, Problem, SharedErrors, Solution, StopReason, Whitening, minimise,
-};
+use super::unknowns::Unknowns;
+use crate::fit::{EvaluationFailure, IterationRecord, Options, Solution, StopReason, Whitening, minimise};
 use crate::noise::Covariance;
 use crate::pool::Priority;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use std::ops::ControlFlow;
 
 const ROUGH: [(&str, f64); 3] =
@@ -23,6 +23,23 @@ const ROUGH: [(&str, f64); 3] =
 const FORESEEN: f64 = 1e-2;
 /// Corrections shrink the difference by a factor of ten or more each; where so many do not suffice, something else is wrong.
 const MOST_CORRECTIONS: usize = 4;
+/// The first fit, which knows no correction yet, ends this many times earlier than one that is kept.
+const EARLIER: f64 = 10.0;
+
+/// The rough model with what the one asked for differed by at one point.
+#[derive(Debug, Clone)]
+pub struct Twin {
+    unknowns: Unknowns,
+    /// Force of the model asked for minus that of the rough one (mN); empty: not known.
+    offset_mn: Vec<f64>,
+}
+
+impl Twin {
+    /// What stands for the model asked for.
+    pub fn setup<'a>(&'a self, asked: Setup<'a>) -> Setup<'a> {
+        Setup { unknowns: &self.unknowns, offset_mn: &self.offset_mn, ..asked }
+    }
+}
 
 /// Whether the model has a rough twin: it is poropunch's own, and nothing of what makes it rough was chosen.
 pub fn applies(setup: Setup) -> bool {
@@ -40,9 +57,14 @@ pub fn search_roughly(
     plan: &SearchPlan,
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Found, FitFailure> {
-    let unknowns = setup.unknowns.clone().with_fixed(&ROUGH);
-    let rough = Setup { unknowns: &unknowns, ..setup };
-    let Ok(found) = search(rough, covariance, plan, observe) else {
+    let mut twin = Twin { unknowns: setup.unknowns.clone().with_fixed(&ROUGH), offset_mn: vec![] };
+    let settled = options(setup, plan.evaluations);
+    let earlier = Options {
+        chi_square_tolerance: EARLIER * settled.chi_square_tolerance,
+        foreseen_tolerance: EARLIER * settled.foreseen_tolerance,
+        ..settled.clone()
+    };
+    let Ok(found) = search_to(twin.setup(setup), covariance, plan, &earlier, observe) else {
         return search(setup, covariance, plan, observe);
     };
     let best_start = found.best_start;
@@ -50,14 +72,12 @@ pub fn search_roughly(
         observe(best_start, record);
         if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let measured = DVector::from_vec(setup.measured_mn());
-    let mut offset = vec![0.0; measured.len()];
     let mut solution = found.fit.solution.clone();
     for _ in 0..MOST_CORRECTIONS {
         if solution.stop == StopReason::StopRequested {
             break;
         }
-        let apart = match difference_mn(setup, rough, &solution.x) {
+        let apart = match difference_mn(setup, twin.setup(setup), &solution.x) {
             Err(EvaluationFailure::Interrupted) => {
                 // The best point of the corrected rough model is kept.
                 solution.stop = StopReason::StopRequested;
@@ -66,20 +86,17 @@ pub fn search_roughly(
             other => other?,
         };
         let Some(apart) = apart else { break };
-        let change =
-            DVector::from_iterator(offset.len(), apart.iter().zip(&offset).map(|(new, old)| new - old));
-        offset = apart;
-        if covariance.apply(&change).norm_squared() <= FORESEEN * measured.len() as f64 {
-            let fit = Fit::at(setup, &[], covariance, solution)?;
-            return Ok(Found { fit, ..found });
+        let before = std::mem::replace(&mut twin.offset_mn, apart);
+        let before = before.into_iter().chain(std::iter::repeat(0.0));
+        let changes = twin.offset_mn.iter().zip(before).map(|(new, old)| new - old);
+        let change = DVector::from_iterator(twin.offset_mn.len(), changes);
+        if covariance.apply(&change).norm_squared() <= FORESEEN * change.len() as f64 {
+            let fit = Fit::at(twin.setup(setup), &[], covariance, solution)?;
+            return Ok(Found { fit, twin: Some(twin), ..found });
         }
-        let forces = ForceProblem::new(rough, &[]);
-        let prior = if covariance.is_known() { forces.prior() } else { forces.prior().flat() };
-        let corrected = Corrected { rough: forces, offset: &offset };
-        let mut problem = SharedErrors::new(corrected, covariance, measured.clone(), prior);
+        let mut problem = problem(twin.setup(setup), &[], covariance);
         let bounds = setup.unknowns.optimiser_bounds();
-        let options = options(setup, plan.evaluations);
-        solution = after(minimise(&mut problem, &solution.x, bounds, &options, &mut watch)?, &solution);
+        solution = after(minimise(&mut problem, &solution.x, bounds, &settled, &mut watch)?, &solution);
     }
     if solution.stop == StopReason::StopRequested {
         return Ok(Found { fit: Fit { solution, ..found.fit.clone() }, ..found });
@@ -90,11 +107,10 @@ pub fn search_roughly(
 
 /// Force of the model asked for minus that of the rough one (mN); none where one of them fails.
 fn difference_mn(asked: Setup, rough: Setup, x: &[f64]) -> Result<Option<Vec<f64>>, EvaluationFailure> {
-    // With derivatives where there are some: the last of these runs is the solution's.
-    let runs = [asked, rough].map(|setup| {
-        let derivatives = ForceProblem::new(setup, &[]).exact_columns() > 0;
-        setup.submit(x, &[], derivatives, Priority::Urgent)
-    });
+    let rough_derivatives = ForceProblem::new(rough, &[]).exact_columns() > 0;
+    // The rough run is the fit's own.
+    let runs = [(asked, false), (rough, rough_derivatives)];
+    let runs = runs.map(|(setup, derivatives)| setup.submit(x, &[], derivatives, Priority::Urgent));
     let [asked, rough] = runs.map(|runs| Setup::computable_forces_mn(&runs));
     Ok(asked?.zip(rough?).map(|(a, r)| a.iter().zip(r).map(|(a, r)| a - r).collect()))
 }
@@ -112,34 +128,4 @@ fn after(mut best: Solution, before: &Solution) -> Solution {
     best.jacobians += before.jacobians;
     best.failures.splice(0..0, before.failures.iter().cloned());
     best
-}
-
-/// The rough model with what the other one differed by at one point (mN).
-struct Corrected<'a> {
-    rough: ForceProblem<'a>,
-    offset: &'a [f64],
-}
-
-impl Problem for Corrected<'_> {
-    fn dimension(&self) -> usize {
-        self.rough.dimension()
-    }
-
-    fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, EvaluationFailure> {
-        let residual = self.rough.residual(x)?;
-        Ok(residual.iter().zip(self.offset).map(|(r, offset)| r + offset).collect())
-    }
-
-    fn jacobian(&mut self, x: &[f64], r: &[f64]) -> Result<DMatrix<f64>, EvaluationFailure> {
-        let rough: Vec<f64> = r.iter().zip(self.offset).map(|(r, offset)| r - offset).collect();
-        self.rough.jacobian(x, &rough)
-    }
-
-    fn prefetch(&mut self, points: &[Vec<f64>]) {
-        self.rough.prefetch(points);
-    }
-
-    fn rejected(&mut self, x: &[f64]) {
-        self.rough.rejected(x);
-    }
 }

@@ -21,6 +21,8 @@ pub struct Setup<'a> {
     pub unknowns: &'a Unknowns,
     /// Finite-difference step of a variable (relative, of log variables) where the FMU offers no derivative.
     pub step: f64,
+    /// Added to the force that the model computes (mN), at the points of all tests; empty: nothing.
+    pub offset_mn: &'a [f64],
 }
 
 /// Usual finite-difference step: a hundredth, far above the error of a run and small against any curvature.
@@ -32,7 +34,7 @@ pub type Curves = Vec<Arc<ForceCurve>>;
 impl<'a> Setup<'a> {
     /// With the usual step.
     pub fn new(engine: &'a Engine, observations: &'a [Observation], unknowns: &'a Unknowns) -> Self {
-        Self { engine, observations, unknowns, step: STEP }
+        Self { engine, observations, unknowns, step: STEP, offset_mn: &[] }
     }
 
     /// Values of a test's run, and those before the effects were applied.

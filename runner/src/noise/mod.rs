@@ -10,6 +10,7 @@
 pub mod common_factor;
 pub mod correlated;
 mod low_rank;
+mod motion;
 mod neighbours;
 mod numerical;
 pub mod observation;
@@ -25,8 +26,9 @@ pub use specimens::{TestNoise, check};
 pub use weights::{Uncertainty, Weights};
 
 use common_factor::FEWEST_SPECIMENS;
+use motion::ZeroOfDepth;
 use nalgebra::DVector;
-use numerical::{slow_errors, timing};
+use numerical::{contact_errors, slow_errors, timing};
 use observation::same_specimens;
 use specimens::test_noise;
 
@@ -71,16 +73,19 @@ pub fn noise_model(
             same_specimens: same,
         });
     }
-    let mut common = refined;
+    let (mut common, mut absorbed) = (refined, vec![]);
     let mut before = 0;
     for ((observation, force), noise) in pairs().zip(&tests) {
-        let numerical = slow_errors(observation, force).into_iter().chain(timing(observation, force));
-        let local = noise.common.iter().cloned().chain(numerical);
+        let slow = slow_errors(observation, force).into_iter().chain(contact_errors(observation, force));
+        let numerical = slow.chain(timing(observation, force));
+        let zero = ZeroOfDepth::of(observation, force, &noise.white_mn);
+        let shape = zero.iter().map(|zero| zero.shape.clone());
+        let local = noise.common.iter().cloned().chain(numerical).chain(shape);
         common.extend(local.map(|c| embed(c, before, reference_mn.len())));
+        absorbed.extend(zero.map(|zero| embed(zero.height, before, reference_mn.len())));
         before += observation.len();
     }
     let force = DVector::from_row_slice(reference_mn);
-    let mut absorbed = vec![];
     // What the user weighs by the spread has the heights in it already.
     if weights.uncertainty != Uncertainty::Spread {
         common.extend(heights(observations, &references, same));

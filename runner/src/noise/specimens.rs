@@ -4,6 +4,7 @@
 use super::Common;
 use super::common_factor::MEDIAN_OVER_MEAN;
 use super::correlated::{FEWEST_IN_RECORD, NoiseParts, Record, noise_parts};
+use super::motion::beside_the_path;
 use super::neighbours::{Differences, white_noise};
 use super::numerical::{hats_by_knot, sum_by_key};
 use super::observation::{Observation, ObservationError};
@@ -96,6 +97,8 @@ pub fn test_noise(
         let curves = observation.factors.len().max(1) as f64;
         noise.common.extend(slow_noise(observation, "slow noise", sigma_mn / curves.sqrt(), time_s));
     }
+    let beside = beside_the_path(observation, force_mn);
+    noise.white_mn.zip_apply(&beside, |white, beside| *white = white.hypot(beside));
     noise.weigh(observation, weights);
     Ok(noise)
 }

@@ -238,3 +238,53 @@ fn an_effect_may_have_another_form_where_it_acts_and_only_there() {
     let elsewhere = part(&at(&|t| if t > 60.0 { 0.5 } else { 0.0 }));
     assert!(form < 0.25 && (elsewhere - 1.0).abs() < 1e-3, "{form} {elsewhere}");
 }
+
+/// Ramp of 1 s to 0.2 mm, hold; the force goes with the power 1.5 of the depth, as a sphere's, and is recorded once.
+fn record(swing_m: f64) -> (Observation, DVector<f64>) {
+    let time_s: Vec<f64> = (0..600).map(|i| 0.01 * f64::from(i)).collect();
+    let depth = |t: f64| 2e-4 * (t - 0.5).clamp(0.0, 1.0);
+    let swing = |t: f64| if depth(t) > 0.0 && t < 1.5 { swing_m * (50.0 * t).sin() } else { 0.0 };
+    let force = |d: f64| 5e-3 * (d.max(0.0) / 2e-4).powf(1.5);
+    let mut random = Random::new(6);
+    let m = Measurement {
+        name: "P1".into(),
+        displacement_m: time_s.iter().map(|&t| depth(t) + swing(t)).collect(),
+        force_n: time_s.iter().map(|&t| force(depth(t)) + 1e-5 * random.normal()).collect(),
+        time_s: time_s.clone(),
+        ..Measurement::default()
+    };
+    let computed = time_s.iter().map(|&t| 1e3 * force(depth(t)));
+    (observe(&[m], None).unwrap().remove(0), DVector::from_iterator(600, computed))
+}
+
+#[test]
+fn a_punch_that_swings_about_its_path_makes_the_ramp_uncertain_and_not_the_hold() {
+    let white = |swing_m: f64| {
+        let (observation, force_mn) = record(swing_m);
+        let noise = noise_model(&[observation], force_mn.as_slice(), vec![], &Weights::default()).unwrap();
+        noise.covariance.white_mn().clone()
+    };
+    let (still, swinging) = (white(0.0), white(2e-6));
+    // In the middle of the ramp dF/dd is 1.5 * 5 mN / 0.2 mm * sqrt(1/2) = 26.5 mN/mm; the swing is 1.41 um.
+    assert!((swinging[100] - 0.0265 * 1.41).abs() < 0.3 * 0.037, "{}", swinging[100]);
+    assert!(still[100] < 0.015 && swinging[500] < 0.015, "{} {}", still[100], swinging[500]);
+}
+
+#[test]
+fn the_zero_of_a_single_record_is_known_to_the_depth_that_its_noise_hides() {
+    let (observation, force_mn) = record(0.0);
+    let noise =
+        noise_model(std::slice::from_ref(&observation), force_mn.as_slice(), vec![], &Weights::default());
+    let covariance = noise.unwrap().covariance;
+    let zero = |all: &[Common]| all.iter().find(|c| c.name.starts_with("zero of")).unwrap().shape_mn.clone();
+    let (shape, height) = (zero(covariance.common()), zero(covariance.absorbed()));
+    // Three deviations of 0.01 mN are reached at 0.2 mm (0.03 / 5)^(2/3) = 6.6 um: 5 % of the force at the peak, 1.5 times the
+    // relative depth.
+    assert!((height[400] / force_mn[400] / (1.5 * 6.6 / 200.0) - 1.0).abs() < 0.3, "{}", height[400]);
+    assert!(shape[400].abs() < 1e-3 * force_mn[400] && shape[70] > 0.05, "{} {}", shape[400], shape[70]);
+    // Several specimens, or a spread, tell by themselves how much tests differ.
+    let spread = Measurement { spread_n: Some(vec![1e-5; 600]), ..observation.measurement.clone() };
+    let told = observe(&[spread], None).unwrap();
+    let covariance = noise_model(&told, force_mn.as_slice(), vec![], &Weights::default()).unwrap().covariance;
+    assert!(covariance.common().iter().all(|c| !c.name.starts_with("zero of")));
+}
