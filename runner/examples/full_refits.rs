@@ -11,7 +11,7 @@ use runner::diagnosis::diagnose::{Effort, diagnose};
 use runner::diagnosis::shrinkage::{Comparison, part_removed, percentile};
 use runner::engine::{Engine, EngineOptions};
 use runner::inference::fit::fit;
-use runner::inference::{Candidate, Fit, FitPlan, Requests, Setup, Unknowns};
+use runner::inference::{Candidate, Depth, Fit, FitPlan, Requests, Setup, Unknowns};
 use runner::noise::Observation;
 use runner::noise::observation::observe;
 use runner::pool::wiring::Names;
