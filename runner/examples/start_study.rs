@@ -137,7 +137,7 @@ fn main() {
         }
         let default = |name: &str| engine.wiring().parameters.get(name)?.start_number();
         let known = Known::of(&|name| set.get(name).copied().or_else(|| default(name))).expect("a rig");
-        let Some(start) = Start::of(&[&m], &known, 1) else {
+        let Some(start) = Start::of(&[&m], &known, 1..=MOST_BRANCHES) else {
             println!("{case},{rig},{:.3},{:.3},no start", tau[0], tau[1]);
             continue;
         };

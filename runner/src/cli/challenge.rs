@@ -173,6 +173,7 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
             cache: arguments.cache.clone(),
             fix: vec![],
             start: vec![],
+            matters: 1.0,
             max_evaluations: arguments.max_evaluations,
             reading: Reading::default(),
             engine: arguments.engine.clone(),

@@ -2,7 +2,7 @@
 
 use super::assumed;
 use super::engine_args::{EngineArguments, show_notes};
-use super::identify::sample_height;
+use super::identify::{sample_height, start};
 use super::idle;
 use super::kept_command::KeptCommand;
 use super::progress::Progress;
@@ -19,6 +19,7 @@ use crate::diagnosis::wording::table;
 use crate::fit::{EvaluationFailure, FitError};
 use crate::inference::Setup;
 use crate::inference::fit::FitFailure;
+use crate::inference::start::Mentioned;
 use crate::inference::{Requests, Unknowns};
 use crate::inspection::{Options, examine};
 use crate::noise::observation::observe;
@@ -44,7 +45,7 @@ pub struct Arguments {
     /// Go on with the diagnosis of the --out directory as it was begun: finished runs are not repeated
     #[arg(long, conflicts_with_all = ["measurements", "published"])]
     pub(super) resume: bool,
-    /// Screening, and a refit of the two leading effects only
+    /// Screening, and refits of the four effects that promise most only
     #[arg(long)]
     pub(super) quick: bool,
     /// Tell every step on stderr, with the time since the start
@@ -59,9 +60,12 @@ pub struct Arguments {
     /// Parameter not to fit, at this value or its default (repeatable)
     #[arg(long, value_name = "NAME[=VALUE[UNIT]]")]
     pub(super) fix: Vec<String>,
-    /// Start of a fitted parameter, and centre of what is believed of it [default: Table 1's value] (repeatable)
+    /// Start of a fitted parameter, and centre of what is believed of it [default: what the data say] (repeatable)
     #[arg(long, value_name = "NAME=VALUE[UNIT]")]
     pub(super) start: Vec<String>,
+    /// A gap of a smaller part of the peak does not matter, e.g. 0.5%
+    #[arg(long, value_name = "PERCENT", default_value = "1%", value_parser = percent)]
+    pub(super) matters: f64,
     /// Largest number of evaluations of each fit (those inside a Jacobian are not counted)
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = super::count::evaluations)]
     pub(super) max_evaluations: usize,
@@ -152,19 +156,29 @@ pub fn diagnosis_of(
     let inspection = examine(&tests, &options)?;
     let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
     let engine = arguments.engine.engine(&[], true, Some(cache), stop)?;
-    let requests = Requests {
+    let mut requests = Requests {
         set: arguments.engine.settings(),
         fix: arguments.fix.clone(),
         start: arguments.start.clone(),
         ..Requests::default()
     };
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
-    idle::bounds_and_starts(&[], &arguments.start, &unknowns)?;
     let height = sample_height(&engine, &arguments.engine)?;
     let measurements: Vec<_> = tests.into_iter().map(|t| t.measurement).collect();
     measurements.iter().for_each(show_notes);
     let doubts: Vec<String> = measurements.iter().flat_map(Measurement::doubts).collect();
     let observations = observe(&measurements, height)?;
+    let mut other_start = None;
+    if let Some((start, mentioned)) = start(&engine, &observations, &requests, BRANCHES..=BRANCHES)? {
+        // A weak skeleton and a third branch are effects that are asked about.
+        let mentioned = Mentioned { lambda_star: true, ..mentioned };
+        requests.defaults = start.clone().with_hidden_branch().defaults(mentioned);
+        let hidden = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
+        other_start = Some(hidden.start().to_vec());
+        requests.defaults = start.defaults(mentioned);
+    }
+    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
+    let other_start = other_start.map(|x| unknowns.clone().starting_at(&x).start().to_vec());
+    idle::bounds_and_starts(&[], &arguments.start, &unknowns)?;
 
     let progress = Progress::of_fit(0);
     let effort = Effort { quick: arguments.quick, evaluations: arguments.max_evaluations };
@@ -174,7 +188,7 @@ pub fn diagnosis_of(
         }
         progress.show(0, what);
     };
-    let found = diagnose(&engine, observations, &unknowns, height, effort, &mut say);
+    let found = diagnose(&engine, observations, &unknowns, other_start, height, effort, &mut say);
     progress.finish();
     let found = match found {
         Err(error) if is_interruption(&error) => return Ok(None),
@@ -185,6 +199,7 @@ pub fn diagnosis_of(
         inspection: &inspection,
         command,
         quick: arguments.quick,
+        matters_percent: arguments.matters,
         seconds: started.elapsed().as_secs_f64(),
     };
     let mut diagnosis = summary(&found, &about);
@@ -194,6 +209,17 @@ pub fn diagnosis_of(
     diagnosis.warnings.splice(0..0, assumption::geometry_warning(&diagnosis.assumptions));
     Ok(Some(diagnosis))
 }
+
+/// A positive number of per cent, with or without its sign.
+fn percent(text: &str) -> Result<f64, String> {
+    let number = text.trim().trim_end_matches('%').trim_end().parse::<f64>().ok();
+    number
+        .filter(|n| *n > 0.0 && n.is_finite())
+        .ok_or_else(|| "write a part of the peak in per cent, e.g. 0.5%".to_owned())
+}
+
+/// Branches of the plain model: the paper's.
+const BRANCHES: usize = 2;
 
 /// Force that means contact (N): that of the paper.
 const CONTACT_N: f64 = 1e-3;

@@ -14,13 +14,14 @@ use crate::identification::profiles;
 use crate::identification::report::{Context, report};
 use crate::identification::{FitSettings, JacobianSource, Settings, identify};
 use crate::inference::posterior::SamplePlan;
-use crate::inference::start::{Known, Mentioned, Start};
+use crate::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use crate::inference::{Requests, Setup, Unknowns};
 use crate::noise::{Observation, Uncertainty, Weights, check};
 use crate::output::{Folder, json};
 use crate::report::Setting;
 use crate::setting::settings_from;
 use clap::Args;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -68,7 +69,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     let validation = fitted.split_off(settings.measurements.len());
     let doubts: Vec<String> = fitted.iter().flat_map(|o| o.measurement.doubts()).collect();
     let mut requests = settings.requests();
-    let start = start(&engine, &fitted, &requests)?;
+    let start = start(&engine, &fitted, &requests, 0..=MOST_BRANCHES)?;
     if let Some((start, mentioned)) = &start {
         requests.defaults = start.defaults(*mentioned);
     }
@@ -182,11 +183,12 @@ fn settings(arguments: &Arguments) -> Result<Settings, Box<dyn std::error::Error
     Ok(begun)
 }
 
-/// Where the data say that the fit starts, and what the user said of it; poropunch's own FMU only.
-fn start(
+/// Where the data say that the fit starts, with so many branches, and what the user said of it; poropunch's own FMU only.
+pub(super) fn start(
     engine: &Engine,
     fitted: &[Observation],
     requests: &Requests,
+    branches: RangeInclusive<usize>,
 ) -> Result<Option<(Start, Mentioned)>, Box<dyn std::error::Error>> {
     if !engine.is_own() {
         return Ok(None);
@@ -196,7 +198,8 @@ fn start(
     let known = Known::of(&|name| set.get(name).copied().or_else(|| default(name)));
     let mentioned = Mentioned::of(requests);
     let measurements: Vec<&Measurement> = fitted.iter().map(|o| &o.measurement).collect();
-    let start = known.and_then(|known| Start::of(&measurements, &known, mentioned.branch));
+    let branches = mentioned.branch.max(*branches.start())..=*branches.end();
+    let start = known.and_then(|known| Start::of(&measurements, &known, branches));
     Ok(start.map(|start| (start, mentioned)))
 }
 

@@ -15,8 +15,10 @@ use std::sync::Arc;
 const BETWEEN_TESTS: [&str; 1] = ["amplitude"];
 /// Variants whose change of the force [`crate::inference::refinement`] counts as error of the simulation.
 const REFINEMENTS: [&str; 2] = ["discretisation.mesh", "discretisation.time"];
-/// Largest magnitude that is tried, in plausible scales, where the parameter's range allows it.
-const LARGEST: f64 = 8.0;
+/// Effects that are a position or a factor: nature has no other form of them.
+const NUMBERS: [&str; 2] = ["offset", "amplitude"];
+/// Largest magnitude that is tried, in plausible scales, where the parameter's range allows it: two decades.
+const LARGEST: f64 = 100.0;
 
 /// An effect that is not screened, and why.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +76,7 @@ fn of_variant(effect: &effect::Effect, variant: &'static Variant, wiring: &Wirin
         mimics: effect.mimicked_by.to_owned(),
         reveals: effect.revealed_by.to_owned(),
         differentiable: variant.differentiable,
+        is_a_number: NUMBERS.contains(&effect.name),
         parameters: variant.settings.iter().map(|s| s.parameter.to_owned()).collect(),
         action: Arc::new(move |values: &mut BTreeMap<String, f64>, magnitude| {
             for setting in variant.settings {

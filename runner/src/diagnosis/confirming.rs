@@ -9,7 +9,7 @@ use crate::fit::IterationRecord;
 use crate::inference::Setup;
 use crate::inference::effect::Candidate;
 use crate::inference::effect::is_continuous;
-use crate::inference::fit::{Fit, FitFailure, FitPlan, fit};
+use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, fit};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A model with one or more effects, refitted.
@@ -38,11 +38,6 @@ impl Refit {
     pub fn leaves_noise(&self) -> bool {
         self.adequacy > SIGNIFICANT
     }
-
-    /// Whether nothing else needs to be looked for.
-    pub fn is_enough(&self) -> bool {
-        self.leaves_noise() || self.leaves_little
-    }
 }
 
 /// A rest of the gap below this part, in units of the noise, is a matter of the effect's form.
@@ -51,27 +46,24 @@ const REST: f64 = 0.35;
 /// Distance of a start from a bound.
 const INSIDE: f64 = 0.02;
 
-/// Refits with the candidates `members`, starting at `from` (variables of the parameters) and expected magnitudes: the
-/// next start is tried only where the one before does not reach a chi^2 of `content`.
+/// Refits with the candidates `members`, starting at `from` (variables of the parameters) and expected magnitudes.
 ///
 /// # Errors
 /// When the model fails with these effects, or the user asked to stop.
 pub fn refit(
     search: &Search,
     members: &[(usize, f64)],
-    content: f64,
-    from: &[&[f64]],
+    from: &[f64],
+    depth: Depth,
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
     let &Search { setup, candidates, plain, gap, covariance, evaluations, .. } = search;
     let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
-    let mut starts: Vec<Vec<f64>> = from.iter().map(|start| start.to_vec()).collect();
-    let magnitudes = start_magnitudes(candidates, members);
-    starts.iter_mut().for_each(|start| start.extend(&magnitudes));
-    let plan = FitPlan { starts, evaluations, content };
+    let start = [from, &start_magnitudes(candidates, members)].concat();
+    let plan = FitPlan { starts: vec![start], evaluations, depth };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let evidence = found.evidence(&active) - plain.evidence(&[]);
-    let gain = plain.solution.chi_square - found.solution.chi_square;
+    let gain = plain.solution.chi_square - found.misfit();
     let remainder = something_else(setup.observations, &found.linear, &found.covariance);
     let adequacy = adequacy(setup, &found);
     // Of a gap with kinks, as a lag leaves it, a smooth error explains little: the larger measure is the gap.

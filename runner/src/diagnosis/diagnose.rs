@@ -2,8 +2,11 @@
 
 use super::catalogue::{LeftOut, effects};
 use super::confirming::{Refit, whole};
+use super::experiments::{Proposal, proposals, rivals};
 use super::held_out::{Split, splits};
+use super::leftover::{Leftover, leftover};
 use super::location::{Spot, spots};
+use super::result::Kind;
 use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
 use super::shrinkage::Comparison;
@@ -15,9 +18,8 @@ use crate::inference::Setup;
 use crate::inference::Signature;
 use crate::inference::Unknowns;
 use crate::inference::effect::{Candidate, is_continuous};
-use crate::inference::fit::{Fit, FitFailure, FitPlan, fit};
-use crate::inference::problem::PRIOR_DEVIATION;
-use crate::inference::{NoiseFailure, noise_at_start};
+use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, ROUGH, fit};
+use crate::inference::{NoiseFailure, noise_at};
 use crate::noise::ObservationError;
 use crate::noise::{NoiseModel, Observation, Weights};
 use crate::pool::Priority;
@@ -27,7 +29,7 @@ use thiserror::Error;
 /// How thorough the diagnosis is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Screening, and a refit of the two leaders only.
+    /// Screening, and refits of the leaders only.
     pub quick: bool,
     /// Largest number of evaluations of a fit.
     pub evaluations: usize,
@@ -86,12 +88,17 @@ pub struct Findings {
     pub splits: Vec<Split>,
     /// The answer.
     pub decision: Decision,
+    /// What a gap looks like that nothing explains.
+    pub leftover: Option<Leftover>,
+    /// Tests that would tell the members of a group apart, the best first.
+    pub proposals: Vec<Proposal>,
 }
 
 /// A chi^2 that noise exceeds more seldom is a gap, wherever it is.
 const FLAGRANT: f64 = 1e-4;
 
-/// Makes the diagnosis; `say` hears what is being done.
+/// Makes the diagnosis; `say` hears what is being done. `other_start`: a second point from which fits start, where nothing of what an effect
+/// hides is missing.
 ///
 /// # Errors
 /// When the plain model cannot be fitted, or the user asked to stop.
@@ -99,43 +106,46 @@ pub fn diagnose(
     engine: &Engine,
     observations: Vec<Observation>,
     unknowns: &Unknowns,
+    other_start: Option<Vec<f64>>,
     sample_height_m: Option<f64>,
     effort: Effort,
     say: &mut dyn FnMut(String),
 ) -> Result<Findings, DiagnosisError> {
     let observations = computable(engine, observations, unknowns, sample_height_m)?;
     let setup = Setup::new(engine, &observations, unknowns);
-    let (plain, noise) = baseline(setup, effort.evaluations, say)?;
-    let covariance = &plain.covariance;
+    let weights = Weights::default();
     let names: Vec<String> = observations.iter().map(|o| o.name().to_owned()).collect();
     let (effects, left_out) = effects(engine.wiring());
     let candidates = Candidate::of(&effects, &names);
-    say(format!("screening {} effects", candidates.len()));
-    let (x, fit) = (plain.x(), &plain.linear);
-    let screening = Screening { setup, candidates: &candidates, x, present: &[], fit, whitening: covariance };
-    let (mut screened, failed) = screening.screen(0..candidates.len())?;
-    let y = &plain.linear.residual;
-    let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, y);
-    screened.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
-    let spots = spots(&observations, &plain.linear, covariance);
-    let (family, largest) = family(&screened, &spots, &candidates, &plain);
-    // Noise that is not quite white raises chi^2 a little: that alone is no gap.
-    let misfit = whole(&plain);
-    let local = family.probability(largest);
-    let probability = if misfit < FLAGRANT { local.min(misfit) } else { local };
-    let something_else = something_else(&observations, &plain.linear, covariance);
-    let threshold = family.threshold(SIGNIFICANT);
-    let testable =
-        |s: &&Screened| is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold);
-    let mut refits = Vec::new();
-    if probability <= SIGNIFICANT {
-        let leaders: Vec<&Screened> = screened.iter().filter(testable).collect();
-        let covariance = &noise.covariance;
-        let (quick, evaluations) = (effort.quick, effort.evaluations);
-        let (candidates, gap) = (&candidates, &something_else);
-        let search = Search { setup, candidates, plain: &plain, gap, covariance, evaluations, quick };
-        refits = search.run(&leaders, say)?;
+    let other = other_start.as_deref().unwrap_or(unknowns.start());
+    let asked = |noise| Asked { setup, other, candidates: &candidates, noise, effort };
+    // The error of the simulation is that of the fitted material, which the start may be far from.
+    let rough = noise_at(setup, unknowns.start(), &weights, false)?;
+    let mut start = asked(&rough).plain(unknowns.start(), Depth::Rough, say)?;
+    if other_start.is_some() && start.solution.chi_square > MEETS * start.gap_mn.len() as f64 {
+        let from_other = asked(&rough).plain(other, Depth::Rough, say)?;
+        if from_other.solution.chi_square < start.solution.chi_square {
+            start = from_other;
+        }
     }
+    let noise = noise_at(setup, start.x(), &weights, true)?;
+    let asked = asked(&noise);
+    let plain = asked.plain(start.x(), Depth::Minimum, say)?;
+    let mut round = asked.round(plain, say)?;
+    // The plain model has to be fitted as well as its rivals are: from where the best of them ended, too.
+    if let Some(leader) = round.refits.first() {
+        let again = asked.plain(leader.fit.x(), Depth::Rough, say)?;
+        let least = (1.0 - ROUGH) * again.solution.chi_square;
+        if least < round.plain.solution.chi_square - LOWER {
+            let again = asked.plain(again.x(), Depth::Minimum, say)?;
+            if again.solution.chi_square < round.plain.solution.chi_square - LOWER {
+                round = asked.round(again, say)?;
+            }
+        }
+    }
+    let Round { plain, screened, failed, spots, family, probability, flagrant, something_else, refits } =
+        round;
+    let y = &plain.linear.residual;
     let splits = splits(&observations);
     let alike = |a: usize, b: usize| alike(&screened, a, b);
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
@@ -143,6 +153,8 @@ pub fn diagnose(
     let accepted = |r: &Refit| accepted(&plain, r, &splits);
     let decision = decide(&Evidence {
         probability,
+        is_flagrant: flagrant,
+        rivals: effects.len(),
         refits: &refits,
         something_else: something_else.evidence,
         alike: &alike,
@@ -150,7 +162,15 @@ pub fn diagnose(
         mates: &mates,
         accepted: &accepted,
     });
+    let left = (decision.kind == Kind::NoneOfThese).then(|| leftover(&observations, &plain)).flatten();
+    let surviving = match decision.kind {
+        Kind::Group => rivals(&refits, &decision.members, &candidates),
+        _ => vec![],
+    };
+    let proposals = proposals(setup, &candidates, &noise, &surviving, sample_height_m)?;
     Ok(Findings {
+        leftover: left,
+        proposals,
         noise,
         spots,
         candidates,
@@ -168,6 +188,84 @@ pub fn diagnose(
     })
 }
 
+/// A rough fit with less than this chi^2 per point may meet the data: no other start is tried.
+const MEETS: f64 = 1.1;
+/// A plain fit with a chi^2 that is lower by this is another one: an effect would be worth as much.
+const LOWER: f64 = 1.0;
+
+/// What is asked, whatever the plain model's fit.
+struct Asked<'a> {
+    setup: Setup<'a>,
+    /// Where fits with effects start, besides the plain fit.
+    other: &'a [f64],
+    candidates: &'a [Candidate],
+    noise: &'a NoiseModel,
+    effort: Effort,
+}
+
+/// A plain fit, and what can be said around it.
+struct Round {
+    plain: Fit,
+    screened: Vec<Screened>,
+    failed: Vec<Failed>,
+    spots: Vec<Spot>,
+    family: Family,
+    /// Family-wise, of the largest score.
+    probability: f64,
+    /// Whether chi^2 alone shows a gap.
+    flagrant: bool,
+    something_else: SomethingElse,
+    refits: Vec<Refit>,
+}
+
+impl Asked<'_> {
+    /// Fit of the plain model.
+    fn plain(&self, start: &[f64], depth: Depth, say: &mut dyn FnMut(String)) -> Result<Fit, DiagnosisError> {
+        let plan = FitPlan { starts: vec![start.to_vec()], evaluations: self.effort.evaluations, depth };
+        let mut watch = |r: &IterationRecord| {
+            say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
+        };
+        fit(self.setup, &[], &self.noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)
+    }
+
+    /// Signatures, significance and refits around a plain fit.
+    fn round(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
+        let &Self { setup, other, candidates, noise, effort } = self;
+        let observations = setup.observations;
+        say(format!("screening {} effects", candidates.len()));
+        let (x, fit, covariance) = (plain.x(), &plain.linear, &plain.covariance);
+        let screening = Screening { setup, candidates, x, present: &[], fit, whitening: covariance };
+        let (mut screened, failed) = screening.screen(0..candidates.len())?;
+        let y = &plain.linear.residual;
+        let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, y);
+        screened.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
+        let spots = spots(observations, &plain.linear, covariance);
+        let (family, largest) = family(&screened, &spots, candidates, &plain);
+        // Noise that is not quite white raises chi^2 a little: that alone is no gap.
+        let misfit = whole(&plain);
+        let local = family.probability(largest);
+        let flagrant = misfit < FLAGRANT;
+        let probability = if flagrant { local.min(misfit) } else { local };
+        say(format!("largest score {largest:.2}, probability under noise {probability:.4}"));
+        let something_else = something_else(observations, &plain.linear, covariance);
+        let threshold = family.threshold(SIGNIFICANT);
+        let testable = |s: &&Screened| {
+            is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold)
+        };
+        let mut refits = Vec::new();
+        if probability <= SIGNIFICANT {
+            let shown: Vec<&Screened> = screened.iter().filter(testable).collect();
+            let covariance = &noise.covariance;
+            let (quick, evaluations) = (effort.quick, effort.evaluations);
+            let gap = &something_else;
+            let search =
+                Search { setup, other, candidates, plain: &plain, gap, covariance, evaluations, quick };
+            refits = search.run(&shown, say)?;
+        }
+        Ok(Round { plain, screened, failed, spots, family, probability, flagrant, something_else, refits })
+    }
+}
+
 /// The tests as far as the model can follow them: the whole motion, or the first loading and its hold.
 fn computable(
     engine: &Engine,
@@ -182,22 +280,6 @@ fn computable(
     }
     let shorter = |o: &Observation| o.first_hold(sample_height_m);
     Ok(observations.iter().map(shorter).collect::<Result<_, _>>()?)
-}
-
-/// Fit of the plain model.
-fn baseline(
-    setup: Setup,
-    evaluations: usize,
-    say: &mut dyn FnMut(String),
-) -> Result<(Fit, NoiseModel), DiagnosisError> {
-    let noise = noise_at_start(setup, &Weights::default())?;
-    let start = setup.unknowns.start().to_vec();
-    let plan = FitPlan { starts: vec![start], evaluations, content: 0.0 };
-    let mut watch = |r: &IterationRecord| {
-        say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
-    };
-    let plain = fit(setup, &[], &noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)?;
-    Ok((plain, noise))
 }
 
 /// Largest score of all effects and places, and its distribution under noise.
@@ -222,7 +304,7 @@ fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain
 /// Twice the log evidence of an effect from its signature alone.
 pub fn linear_evidence(candidate: &Candidate, signature: &Signature, residual: &DVector<f64>) -> f64 {
     // A switch, too, is given a magnitude: what is linear at the plain fit is not where the switch is on.
-    signature.evidence(residual, PRIOR_DEVIATION, candidate.is_one_sided())
+    signature.evidence(residual, candidate.is_one_sided())
 }
 
 /// Largest size that a signature may ask for, over the largest that is admissible: at a finite magnitude it is not linear, and

@@ -9,14 +9,16 @@
 //! 6 confirming    refits with the effects, evidence against each other and against something else
 //! 7 held_out      does the effect predict what was not fitted
 //! 8 shrinkage     how much of the gap it removes
-//! 9 next          what to measure to tell the remaining candidates apart
+//! 9 experiments   what to measure to tell the remaining candidates apart; leftover: what a gap looks like that nothing explains
 //! ```
 
 pub mod catalogue;
 pub mod confirming;
 pub mod diagnose;
+pub mod experiments;
 mod figures;
 pub mod held_out;
+pub mod leftover;
 pub mod location;
 pub mod page;
 pub mod parity;

@@ -1,5 +1,7 @@
 //! What a diagnosis found: one serialisable structure, in the units that people use.
 
+use super::experiments::Proposal;
+use super::leftover::Leftover;
 use crate::assumption::Assumption;
 use crate::data::Phase;
 use crate::inference::effect::{Place, Sign};
@@ -46,7 +48,13 @@ pub struct Diagnosis {
     pub not_testable: Vec<NotTestable>,
     /// What simpler methods would answer, for comparison.
     pub simple_rules: Vec<SimpleRule>,
-    /// What would separate the surviving candidates.
+    /// What a gap looks like that no effect explains.
+    #[serde(default)]
+    pub leftover: Option<Leftover>,
+    /// Tests that would tell the members of a group apart, the best first.
+    #[serde(default)]
+    pub proposals: Vec<Proposal>,
+    /// What reveals the surviving candidates.
     pub next: Vec<String>,
     /// Warnings.
     pub warnings: Vec<String>,
@@ -86,6 +94,12 @@ pub struct Verdict {
     pub effects: Vec<String>,
     /// Probability that the answer is right.
     pub confidence: f64,
+    /// Largest mean difference between data and plain model in any phase of any cycle, as part of its test's largest force (%).
+    #[serde(default)]
+    pub gap_percent: f64,
+    /// What is smaller does not matter (%).
+    #[serde(default)]
+    pub matters_percent: f64,
     /// In plain words.
     pub text: String,
 }

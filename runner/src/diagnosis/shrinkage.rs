@@ -14,7 +14,7 @@ use crate::data::random::Random;
 use crate::inference::fit::Fit;
 use nalgebra::{DMatrix, DVector};
 
-/// Gap before and after (mN) and the part of it that went.
+/// Expected distance of the predictions from the force before and after (mN), and the part of it that went.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shrinkage {
     /// Gap of the plain model (mN).
@@ -132,7 +132,13 @@ impl Comparison {
 
     /// Over some of the predicted points, given by their places among them.
     pub fn shrinkage(&self, points: &[usize], draws: &Draws) -> Shrinkage {
-        let (before_mn, after_mn) = (self.plain.systematic_mn(points), self.extended.systematic_mn(points));
+        // What the prediction itself does not know of the force is no part of what went, and no part of what was explained.
+        let spread =
+            draws.iter().map(|[_, after]| points.iter().map(|&i| after[i].powi(2)).sum::<f64>()).sum::<f64>()
+                / (draws.len().max(1) * points.len().max(1)) as f64;
+        let expected = |systematic_mn: f64| (systematic_mn.powi(2) + spread).sqrt();
+        let before_mn = expected(self.plain.systematic_mn(points));
+        let after_mn = expected(self.extended.systematic_mn(points));
         // The score of all points is known.
         let ratio = match points.len() == self.plain.predictor.points().len() {
             true => self.score,
@@ -186,7 +192,8 @@ mod tests {
         let linear = Linearised::new(&jacobian_mn / DEVIATION, &(&gap_mn / DEVIATION));
         let solution =
             Solution::at_once(x.as_slice().to_vec(), gap_mn.as_slice().to_vec(), jacobian_mn.clone());
-        Fit { solution, linear, gap_mn, jacobian_mn, parameters: 1, prior, covariance }
+        let is_at_minimum = true;
+        Fit { solution, linear, gap_mn, jacobian_mn, parameters: 1, prior, covariance, is_at_minimum }
     }
 
     fn time(point: usize) -> f64 {

@@ -27,6 +27,8 @@ pub struct About<'a> {
     pub command: String,
     /// Whether only the leaders were refitted.
     pub quick: bool,
+    /// A gap of a smaller part of the peak does not matter (%).
+    pub matters_percent: f64,
     /// Wall time (s).
     pub seconds: f64,
 }
@@ -48,6 +50,8 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
             kind: f.decision.kind,
             effects: names,
             confidence: f.decision.confidence,
+            gap_percent: gap_percent(f),
+            matters_percent: about.matters_percent,
             text: String::new(),
         },
         assumptions: vec![],
@@ -62,6 +66,8 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
         shrinkage,
         not_testable,
         simple_rules: simple_rules(&f.plain, &f.screened, &f.candidates, &f.spots),
+        leftover: f.leftover.clone(),
+        proposals: f.proposals.clone(),
         next: members.iter().map(|k| wording::next(&f.candidates[*k])).collect(),
         warnings: warnings(f),
         curves: curves(f),
@@ -86,6 +92,17 @@ fn test(f: &Findings, i: usize, o: &Observation) -> TestSummary {
         height_scatter: noise.height_scatter,
         same_specimens: f.noise.same_specimens,
     }
+}
+
+/// Largest mean difference in any phase of any cycle, as part of its test's largest force (%).
+fn gap_percent(f: &Findings) -> f64 {
+    let level = f.spots.iter().filter(|s| s.pattern == Pattern::Level);
+    let part = |s: &Spot| {
+        let mean_mn = s.points.iter().map(|&i| f.plain.gap_mn[i]).sum::<f64>() / s.points.len().max(1) as f64;
+        let peak_mn = f.observations[s.test].force_mn().iter().fold(0.0_f64, |peak, f| peak.max(f.abs()));
+        100.0 * mean_mn.abs() / peak_mn
+    };
+    level.map(part).fold(0.0, f64::max)
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {

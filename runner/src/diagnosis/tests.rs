@@ -122,7 +122,14 @@ fn the_json_keeps_its_layout() {
         parameters: vec![("material.permeability".into(), 2.3e-9, "mm^2".into())],
         rms_mn: 0.02,
     };
-    let verdict = Verdict { kind: Kind::NoneOfThese, effects: vec![], confidence: 0.9, text: "x".into() };
+    let verdict = Verdict {
+        kind: Kind::NoneOfThese,
+        effects: vec![],
+        confidence: 0.9,
+        gap_percent: 2.0,
+        matters_percent: 1.0,
+        text: "x".into(),
+    };
     let diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         command: String::new(),
@@ -141,6 +148,8 @@ fn the_json_keeps_its_layout() {
         shrinkage: None,
         not_testable: vec![],
         simple_rules: vec![],
+        leftover: None,
+        proposals: vec![],
         next: vec![],
         warnings: vec![],
         curves: vec![],
@@ -158,12 +167,14 @@ fn the_json_keeps_its_layout() {
         "curves",
         "effects",
         "held_out",
+        "leftover",
         "location",
         "models",
         "next",
         "not_testable",
         "overlap",
         "parity",
+        "proposals",
         "quick",
         "schema",
         "seconds",

@@ -30,6 +30,10 @@ const RELIABILITY: f64 = 0.86;
 pub struct Evidence<'a> {
     /// Family-wise probability of the largest score under noise.
     pub probability: f64,
+    /// Whether the plain model's chi^2 alone shows a gap, wherever it is.
+    pub is_flagrant: bool,
+    /// Effects that were asked about: as many chances to find one that fits noise.
+    pub rivals: usize,
     /// Refitted models.
     pub refits: &'a [Refit],
     /// Twice the log evidence of a smooth error against the plain model.
@@ -57,7 +61,7 @@ pub struct Decision {
     pub refit: Option<usize>,
     /// Probability that it is right.
     pub confidence: f64,
-    /// Posterior probability of each refit, then of something else.
+    /// Posterior probability of each refit, then of something else, then of the plain model.
     pub probabilities: Vec<f64>,
 }
 
@@ -91,6 +95,9 @@ pub fn decide(e: &Evidence) -> Decision {
     let bound = adequate.map(|(w, _)| *w).reduce(f64::max).unwrap_or(f64::INFINITY);
     let elsewhere = bound.min(e.something_else - ELSE_PENALTY);
     weights.push(elsewhere);
+    // Half of all cases have no gap before anything is measured; the other half is shared by the effects.
+    let plain = 2.0 * (e.rivals.max(1) as f64).ln();
+    weights.push(plain);
     let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let shares: Vec<f64> = weights.iter().map(|w| (0.5 * (w - top)).exp()).collect();
     let sum: f64 = shares.iter().sum();
@@ -112,6 +119,10 @@ pub fn decide(e: &Evidence) -> Decision {
     order.sort_by(|a, b| weights[*b].total_cmp(&weights[*a]));
     let elsewhere_share = probabilities[e.refits.len()];
     let best = order.iter().copied().find(|&k| explains(&e.refits[k]) && weights[k] >= elsewhere);
+    let strongest = best.map_or(elsewhere, |k| weights[k]);
+    if plain > strongest && !e.is_flagrant {
+        return decision(Kind::NoGap, vec![], None, probabilities[e.refits.len() + 1]);
+    }
     let Some(best) = best else {
         let explained: f64 =
             order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();

@@ -23,6 +23,7 @@ fn refit(candidate: usize, evidence: f64) -> Refit {
         parameters: 0,
         prior: Prior { mean: vec![0.0], deviation: vec![2.0] },
         covariance: Covariance::new(DVector::from_element(1, 1.0), vec![]),
+        is_at_minimum: true,
     };
     let remainder = SomethingElse { evidence: 0.0, explained: 0.0, smooth: none };
     Refit {
@@ -42,6 +43,8 @@ fn decided(refits: &[Refit], mates: &[usize], probability: f64, something_else: 
     let effect = |k: usize| k.min(10);
     decide(&Evidence {
         probability,
+        is_flagrant: false,
+        rivals: 2,
         refits,
         something_else,
         alike: &|_, _| true,

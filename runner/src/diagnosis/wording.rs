@@ -2,17 +2,54 @@
 
 use super::result::{Diagnosis, EffectSummary, Kind};
 use crate::inference::effect::Candidate;
-use crate::inference::wording::list;
+use crate::inference::wording::{list, significant};
 use std::fmt::Write as _;
 
-/// First line of everything that is printed.
+/// First lines of everything that is printed: the answer, and whether what it explains matters.
 pub fn headline(d: &Diagnosis) -> String {
+    let v = &d.verdict;
+    let answer = format!("{}{}", answer(d), sizes(d));
+    if v.kind == Kind::NoGap || v.gap_percent >= v.matters_percent {
+        return answer;
+    }
+    let (gap, matters) = (significant(v.gap_percent, 2), significant(v.matters_percent, 2));
+    format!("{answer} The gap is at most {gap} % of the peak, less than the {matters} % that matters.")
+}
+
+/// How large the effects of the answer are, in their units.
+fn sizes(d: &Diagnosis) -> String {
+    let of = |name: &String| {
+        let effect = d.effects.iter().find(|e| e.name == *name)?;
+        let model = d.models.iter().find(|m| match d.verdict.kind {
+            Kind::Pair => m.effects.len() == 2 && m.effects.contains(name),
+            _ => m.effects == [name.clone()],
+        })?;
+        let place = model.effects.iter().position(|e| e == name)?;
+        let (size, deviation) = *model.magnitudes.get(place)?;
+        // A switch has no size.
+        let unit = if effect.unit.is_empty() { "of its plausible scale" } else { &effect.unit };
+        (deviation > 0.0).then(|| {
+            let digits = |value: f64| significant(value * effect.scale, 3);
+            format!("{} {} +- {} {unit}", effect.name, digits(size), digits(deviation.abs()))
+        })
+    };
+    let found: Vec<String> = d.verdict.effects.iter().filter_map(of).collect();
+    if found.is_empty() { String::new() } else { format!(" Found: {}.", list(&found)) }
+}
+
+fn answer(d: &Diagnosis) -> String {
     let percent = format!("{:.0} %", 100.0 * d.verdict.confidence);
     let title = |name: &String| {
         let known = d.effects.iter().find(|e| e.name == *name);
         known.map_or_else(
             || name.clone(),
-            |e| if e.name.contains(" against ") { e.name.clone() } else { e.title.clone() },
+            |e| {
+                if e.name.contains(" against ") {
+                    e.name.clone()
+                } else {
+                    format!("{} [{}]", e.title, e.name)
+                }
+            },
         )
     };
     let titles: Vec<String> = d.verdict.effects.iter().map(title).collect();
@@ -145,8 +182,14 @@ pub fn table(d: &Diagnosis) -> String {
             let _ = writeln!(text, "  {:12} {:.3} -> {:.3} mN, {went}", p.part, p.before_mn, p.after_mn);
         }
     }
+    if let Some(leftover) = &d.leftover {
+        let _ = writeln!(text, "\n{}", leftover.in_words());
+    }
     if !d.next.is_empty() {
         let _ = writeln!(text, "\nwhat to measure next:");
+        for p in &d.proposals {
+            let _ = writeln!(text, "  {}", p.in_words());
+        }
         for n in &d.next {
             let _ = writeln!(text, "  {n}");
         }

@@ -39,5 +39,6 @@ pub fn fit_with(
     let (prior, x) = (unknowns.prior(), unknowns.start().to_vec());
     let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &prior, &x);
     let solution = Solution::at_once(x, gap_mn.as_slice().to_vec(), jacobian_mn.clone());
-    Fit { solution, linear, gap_mn, jacobian_mn, parameters: unknowns.len(), prior, covariance }
+    let parameters = unknowns.len();
+    Fit { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance, is_at_minimum: true }
 }

@@ -75,6 +75,8 @@ pub struct Effect {
     pub reveals: String,
     /// Whether the FMU's derivatives by the material parameters may be on with it.
     pub differentiable: bool,
+    /// Whether it is a number (a height, a position) and no law of nature, of which there are other forms.
+    pub is_a_number: bool,
     /// Parameters that it sets; an FMU without them cannot be asked.
     pub parameters: Vec<String>,
     /// How it sets them.
@@ -167,6 +169,7 @@ mod tests {
             mimics: String::new(),
             reveals: String::new(),
             differentiable: true,
+            is_a_number: false,
             parameters: vec!["p".into()],
             action: Arc::new(|values, magnitude| {
                 values.insert("p".into(), 2.0 * magnitude);

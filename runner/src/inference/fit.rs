@@ -37,6 +37,8 @@ pub struct Fit {
     pub prior: Prior,
     /// Of the measured force minus this model's.
     pub covariance: Covariance,
+    /// Whether it was carried on to its minimum.
+    pub is_at_minimum: bool,
 }
 
 /// A fit ends where the next iteration is expected to lower chi^2 by less than this: a value then moves by a seventh of its deviation.
@@ -45,7 +47,7 @@ const FORESEEN: f64 = 0.02;
 /// of the model's own steps.
 const SETTLED: f64 = 0.1;
 /// An iteration that lowers chi^2 by a smaller part ends a rough fit.
-const ROUGH: f64 = 3e-2;
+pub const ROUGH: f64 = 3e-2;
 /// An iteration that is expected to lower chi^2 by less than this part of it is not made in a rough fit.
 const ROUGH_FORESEEN: f64 = 3e-3;
 /// A rough fit with this chi^2 per point is near the best: no further start is tried.
@@ -79,8 +81,19 @@ pub struct FitPlan {
     pub starts: Vec<Vec<f64>>,
     /// Largest number of evaluations per start.
     pub evaluations: usize,
-    /// With a rough fit of this chi^2 no further start is tried.
-    pub content: f64,
+    /// How far the best of them is carried.
+    pub depth: Depth,
+}
+
+/// How far a fit is carried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Depth {
+    /// Until an iteration gains a few per cent of chi^2 only.
+    Rough,
+    /// To its minimum where it may meet the data.
+    Competing,
+    /// To its minimum.
+    Minimum,
 }
 
 /// How a search from several starts is made.
@@ -225,7 +238,7 @@ pub fn refit(
     Ok(Fit::at(setup, &[], covariance, solution)?)
 }
 
-/// Fits parameters and the magnitudes of `active` (normal before, see [`super::problem::PRIOR_DEVIATION`]).
+/// Fits parameters and the magnitudes of `active`, of which no admissible size is held against another before.
 ///
 /// # Errors
 /// When no start can be evaluated, or the user asked to stop.
@@ -258,7 +271,7 @@ pub fn fit(
     let mut solution: Option<Solution> = None;
     let mut failure = None;
     let points = setup.measured_mn().len() as f64;
-    let enough = plan.content.max(ENOUGH * points);
+    let enough = ENOUGH * points;
     for start in &plan.starts {
         if solution.as_ref().is_some_and(|s| s.chi_square < enough) {
             break;
@@ -279,8 +292,13 @@ pub fn fit(
         (None, Some(failure)) => return Err(failure),
         (None, None) => return Err(FitFailure::NoStart),
     };
-    if solution.chi_square < HOPELESS * points {
+    let is_at_minimum = match plan.depth {
+        Depth::Rough => false,
+        Depth::Competing => solution.chi_square < HOPELESS * points,
+        Depth::Minimum => true,
+    };
+    if is_at_minimum {
         solution = from(&solution.x, &settled)?;
     }
-    Ok(Fit::at(setup, active, covariance, solution)?)
+    Ok(Fit { is_at_minimum, ..Fit::at(setup, active, covariance, solution)? })
 }

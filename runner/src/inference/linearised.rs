@@ -3,6 +3,7 @@
 //! `W = [inv(L) J; inv(S)]`: whitened Jacobian, and below it the parameters' prior of deviations `S`. `P = 1 - W (W'W)^-1 W'`
 //! removes from a vector what a refit would take up; `y = P [inv(L)(measured - model); (mean - x) / S]` is what is left of the residual.
 
+use super::magnitude::prior_weight;
 use crate::fit::Whitening;
 use nalgebra::{DMatrix, DVector};
 
@@ -98,13 +99,11 @@ impl Signature {
         self.cosine(other).abs() > CONFUSABLE
     }
 
-    /// Twice the log evidence for the effect against no effect, its magnitude normal with this deviation before the
-    /// measurement, on one side only if `one_sided`.
-    pub fn evidence(&self, y: &DVector<f64>, deviation: f64, one_sided: bool) -> f64 {
-        let g = deviation * deviation * self.s.norm_squared();
-        let z = self.score(y);
-        let both = z * z * g / (1.0 + g) - g.ln_1p();
-        if one_sided { both + 2.0 * (2.0 * normal_cdf(z * (g / (1.0 + g)).sqrt())).ln() } else { both }
+    /// Twice the log evidence for the effect against no effect, its magnitude as likely before the measurement as
+    /// [`super::magnitude`] says, on one side only if `one_sided`.
+    pub fn evidence(&self, y: &DVector<f64>, one_sided: bool) -> f64 {
+        let (magnitude, deviation) = self.magnitude(y);
+        self.score(y).powi(2) + prior_weight(magnitude, deviation, one_sided)
     }
 }
 

@@ -13,8 +13,6 @@ use crate::fit::{Bounds, EvaluationFailure, FitError, Prior, Problem};
 use crate::pool::{Priority, Run};
 use nalgebra::{DMatrix, DMatrixViewMut};
 
-/// Deviation of a magnitude before the measurement, in plausible scales: several times the scale is possible.
-pub const PRIOR_DEVIATION: f64 = 2.0;
 /// A force of which a factor says nothing (mN).
 const NO_FORCE_MN: f64 = 0.01;
 /// Step of a magnitude for its derivative, in plausible scales.
@@ -95,7 +93,7 @@ impl<'a> ForceProblem<'a> {
     /// What is known of variables and magnitudes before the measurement.
     pub fn prior(&self) -> Prior {
         let own = self.setup.unknowns.prior();
-        self.active.iter().fold(own, |prior, _| prior.with(0.0, PRIOR_DEVIATION))
+        self.active.iter().fold(own, |prior, c| prior.with(0.0, c.effect.largest))
     }
 
     /// Number of parameters whose derivatives come from the FMU.

@@ -35,13 +35,25 @@ pub enum NoiseFailure {
 /// # Errors
 /// When the uncertainty asked for needs what a file does not have, or the user asked to stop.
 pub fn noise_at_start(setup: Setup, weights: &Weights) -> Result<NoiseModel, NoiseFailure> {
-    let start = setup.unknowns.start();
+    noise_at(setup, setup.unknowns.start(), weights, true)
+}
+
+/// The same for the computed force at `x`; `with_refinement`: with what another mesh and finer steps change there.
+///
+/// # Errors
+/// As [`noise_at_start`].
+pub fn noise_at(
+    setup: Setup,
+    x: &[f64],
+    weights: &Weights,
+    with_refinement: bool,
+) -> Result<NoiseModel, NoiseFailure> {
     // With derivatives where the fit begins with the same runs.
     let derivatives = !rough::applies(setup) && ForceProblem::new(setup, &[]).exact_columns() > 0;
-    let runs = setup.submit(start, &[], derivatives, Priority::Urgent);
+    let runs = setup.submit(x, &[], derivatives, Priority::Urgent);
     let (reference, refined) = match Setup::computable_forces_mn(&runs)? {
-        Some(forces) if weights.uncertainty != Uncertainty::None => {
-            let refined = refined(setup, start, &forces)?;
+        Some(forces) if with_refinement && weights.uncertainty != Uncertainty::None => {
+            let refined = refined(setup, x, &forces)?;
             (forces, refined)
         }
         Some(forces) => (forces, vec![]),

@@ -28,7 +28,7 @@ pub use weights::{Uncertainty, Weights};
 use common_factor::FEWEST_SPECIMENS;
 use motion::ZeroOfDepth;
 use nalgebra::DVector;
-use numerical::{slow_errors, timing};
+use numerical::{contact_errors, slow_errors, timing};
 use observation::same_specimens;
 use specimens::test_noise;
 
@@ -76,7 +76,8 @@ pub fn noise_model(
     let (mut common, mut absorbed) = (refined, vec![]);
     let mut before = 0;
     for ((observation, force), noise) in pairs().zip(&tests) {
-        let numerical = slow_errors(observation, force).into_iter().chain(timing(observation, force));
+        let slow = slow_errors(observation, force).into_iter().chain(contact_errors(observation, force));
+        let numerical = slow.chain(timing(observation, force));
         let zero = ZeroOfDepth::of(observation, force, &noise.white_mn);
         let shape = zero.iter().map(|zero| zero.shape.clone());
         let local = noise.common.iter().cloned().chain(numerical).chain(shape);

@@ -10,6 +10,11 @@ use std::collections::BTreeMap;
 /// Relative error that is left between two correct programs at their usual accuracy (design, section 6: 0.2 to 0.8 % in the
 /// force; late in a hold, 0.1 to 0.3 % of the peak), independent from one knot to the next.
 const RELATIVE: f64 = 5e-3;
+/// What two correct programs differ by while contact is lost, or made on a surface that still recovers, as part of the peak: contact
+/// that sticks without a limit against friction 1 moves the end of an unloading by 0.16 % of the peak (`coarse`; `fine` 0.24 %).
+const CONTACT: f64 = 2e-3;
+/// Contact changes while the force is about this part of the peak or less.
+const CHANGING: f64 = 0.1;
 /// Knots per decade of time.
 const PER_DECADE: f64 = 2.0;
 
@@ -63,6 +68,25 @@ pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Co
     errors_after_kinks(observation, force_mn, RELATIVE, "simulation")
         .map(|c| Common::proportional(c.name, c.shape_mn))
         .collect()
+}
+
+/// The form of a contact that is lost, or made again: errors of a size that does not go to zero with the force.
+pub fn contact_errors<'a>(
+    observation: &'a Observation,
+    force_mn: &DVector<f64>,
+) -> impl Iterator<Item = Common> + use<'a> {
+    let peak_mn = force_mn.max();
+    let changes = |i: usize| match observation.phases[i] {
+        Phase::Unload => true,
+        Phase::Approach | Phase::Ramp => observation.cycle[i] > 0,
+        _ => false,
+    };
+    let size_mn = |i: usize| {
+        let is_held = force_mn[i] > 0.0 && peak_mn > 0.0 && changes(i);
+        if is_held { peak_mn * (-force_mn[i] / (CHANGING * peak_mn)).exp() } else { 0.0 }
+    };
+    let curve_mn = DVector::from_fn(force_mn.len(), |i, _| size_mn(i));
+    errors_after_kinks(observation, &curve_mn, CONTACT, "contact").collect::<Vec<_>>().into_iter()
 }
 
 /// Independent errors over the time since each kink of the motion, where every program begins anew with small steps and every

@@ -2,8 +2,9 @@
 
 use super::{Fit, ForceProblem, Setup};
 use crate::fit::{EvaluationFailure, Prior, Problem, Solution, Whitening};
-use crate::inference::effect::{Candidate, Sign, is_continuous};
-use crate::inference::linearised::{Linearised, normal_cdf};
+use crate::inference::effect::{Candidate, is_continuous};
+use crate::inference::linearised::Linearised;
+use crate::inference::magnitude::prior_weight;
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
 
@@ -71,7 +72,7 @@ impl Fit {
         let Tangent { gap_mn, jacobian_mn, covariance, linear } =
             Tangent::at(setup, active, covariance, &prior, &solution.x)?;
         let parameters = setup.unknowns.len();
-        Ok(Self { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance })
+        Ok(Self { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance, is_at_minimum: true })
     }
 
     /// What some of the points alone say around the same optimum.
@@ -124,20 +125,16 @@ impl Fit {
 
     /// Twice the log evidence (Laplace), up to what all models of these data share.
     ///
-    /// `-chi^2 - ln det Sigma - ln det(W'W) - sum ln(prior variance)`; a positive effect's prior is a half normal.
+    /// `-chi^2 - ln det Sigma - ln det(W'W) - sum ln(prior variance)` of the parameters, and for each magnitude what
+    /// [`crate::inference::magnitude`] says of it.
     pub fn evidence(&self, active: &[&Candidate]) -> f64 {
-        let variances: f64 = self.prior.deviation.iter().map(|s| 2.0 * s.ln()).sum();
+        let variances: f64 = self.prior.deviation[..self.parameters].iter().map(|s| 2.0 * s.ln()).sum();
         let free = active.iter().filter(|c| is_continuous(c));
-        let sides = free.zip(self.magnitudes()).zip(self.magnitude_deviations());
-        let one_sided = |((candidate, m), s): ((&&Candidate, &f64), f64)| match candidate.effect.sign {
-            Sign::Either => 0.0,
-            Sign::Positive | Sign::Switch => 2.0 * (2.0 * normal_cdf(m / s)).ln(),
+        let sizes = free.zip(self.magnitudes()).zip(self.magnitude_deviations());
+        let size = |((candidate, m), s): ((&&Candidate, &f64), f64)| {
+            prior_weight(*m, s, candidate.is_one_sided()) - 2.0 * s.ln()
         };
-        let sides: f64 = sides.map(one_sided).sum();
-        -self.solution.chi_square
-            - self.covariance.log_determinant()
-            - self.linear.log_curvature()
-            - variances
-            + sides
+        let sizes: f64 = sizes.map(size).sum();
+        -self.misfit() - self.covariance.log_determinant() - self.linear.log_curvature() - variances + sizes
     }
 }

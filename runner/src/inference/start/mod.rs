@@ -22,6 +22,7 @@ pub use rig::{Face, Rig};
 use crate::data::Measurement;
 use record::Record;
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 
 /// Most viscous branches: those that the FMU has.
 pub const MOST_BRANCHES: usize = poropunch::variables::BRANCHES;
@@ -61,23 +62,32 @@ pub struct Start {
     pub permeability_m2: f64,
     /// Volumetric stiffness (Pa), where the known one is not clearly above the shear modulus and so decides the force.
     pub lambda_star_pa: Option<f64>,
+    /// Shortest ramp of the tests (s).
+    #[serde(default)]
+    pub shortest_ramp_s: f64,
+    /// Longest time of loading and hold (s).
+    #[serde(default)]
+    pub longest_s: f64,
 }
 
+/// A branch of this part of the shortest ramp's time has relaxed when the ramp ends: its force is there during the ramp only.
+const HIDDEN: f64 = 0.1;
+
 impl Start {
-    /// The start that measurements tell, with at least `least` branches; none where no force rises.
-    pub fn of(measurements: &[&Measurement], known: &Known, least: usize) -> Option<Self> {
+    /// The start that measurements tell, with so many branches; none where no force rises.
+    pub fn of(measurements: &[&Measurement], known: &Known, branches: RangeInclusive<usize>) -> Option<Self> {
         let records: Vec<Record> = measurements.iter().filter_map(|m| Record::of(m)).collect();
-        Self::from_records(&records, known, least)
+        Self::from_records(&records, known, branches)
     }
 
     /// The same from their rows.
-    pub fn from_records(records: &[Record], known: &Known, least: usize) -> Option<Self> {
+    pub fn from_records(records: &[Record], known: &Known, branches: RangeInclusive<usize>) -> Option<Self> {
         let deepest = records.iter().max_by(|a, b| a.depth_m.total_cmp(&b.depth_m))?;
         let rig = &known.rig;
         let all = problem(records, rig).best(MOST_BRANCHES, MOST_BRANCHES);
         let widened = |record: &Record| record.clone().widened(&record.law(rig), &all);
         let widened: Vec<Record> = records.iter().map(widened).collect();
-        let series = problem(&widened, rig).best(least, MOST_BRANCHES);
+        let series = problem(&widened, rig).best(*branches.start(), *branches.end());
         let instantaneous = series.equilibrium_pa + series.branches.iter().map(|b| b.1).sum::<f64>();
         if !(instantaneous > 0.0 && instantaneous.is_finite()) {
             return None;
@@ -92,7 +102,23 @@ impl Start {
             branches: series.branches.iter().map(|b| Branch { tau_s: b.0, shear_pa: seen(b.1) }).collect(),
             permeability_m2: known.fluid_viscosity_pa_s * contact * contact / (modulus * deepest.ramp_s),
             lambda_star_pa: (!stiff).then_some(lambda_star),
+            shortest_ramp_s: records.iter().map(|r| r.ramp_s).fold(f64::INFINITY, f64::min),
+            longest_s: records.iter().filter_map(|r| r.time_s.last()).copied().fold(deepest.ramp_s, f64::max),
         })
+    }
+
+    /// The same number of branches, the first so fast that the ramp hides it: what a slow sensor, a soft machine or a surface found too
+    /// late keeps from the data, so that these do not tell it. And the contact drains in the time of the test, not of the ramp: relaxation
+    /// by flow and relaxation by viscosity are two explanations of one curve, each with its own minimum.
+    #[must_use]
+    pub fn with_hidden_branch(mut self) -> Self {
+        let hidden = Branch { shear_pa: self.instantaneous_pa(), tau_s: HIDDEN * self.shortest_ramp_s };
+        if self.branches.len() > 1 {
+            self.branches.remove(0);
+        }
+        self.branches.insert(0, hidden);
+        self.permeability_m2 *= (self.shortest_ramp_s / self.longest_s).min(1.0);
+        self
     }
 
     /// Instantaneous shear modulus (Pa).

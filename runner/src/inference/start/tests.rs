@@ -59,7 +59,7 @@ fn a_standard_linear_solid_comes_back_under_every_indenter() {
     for (rig, depth) in rigs() {
         for (equilibrium, shear, tau) in [(10.0, 30.0, 0.3), (3e3, 3e3, 5.0), (4e6, 1e6, 40.0)] {
             let m = measured(&rig, (equilibrium, &[(tau, shear)]), depth, 0.5, 0.003);
-            let found = Start::of(&[&m], &known(rig), 1).unwrap();
+            let found = Start::of(&[&m], &known(rig), 1..=MOST_BRANCHES).unwrap();
             let [branch] = found.branches[..] else { panic!("{rig:?} {tau}: {found:?}") };
             for (got, expected) in
                 [(found.equilibrium_pa, equilibrium), (branch.shear_pa, shear), (branch.tau_s, tau)]
@@ -76,7 +76,7 @@ fn as_many_branches_as_there_are() {
     for (rig, depth) in rigs() {
         for n in 1..=3 {
             let m = measured(&rig, (500.0, &truth[..n]), depth, 0.2, 0.002);
-            let found = Start::of(&[&m], &known(rig), 1).unwrap();
+            let found = Start::of(&[&m], &known(rig), 1..=MOST_BRANCHES).unwrap();
             assert_eq!(found.branches.len(), n, "{rig:?}: {found:?}");
             for (branch, (tau, shear)) in found.branches.iter().zip(truth) {
                 let (a, b) = (branch.tau_s / tau, branch.shear_pa / shear);
@@ -90,10 +90,10 @@ fn as_many_branches_as_there_are() {
 fn what_the_user_named_stays() {
     let (rig, depth) = rigs()[0];
     let m = measured(&rig, (500.0, &[(1.0, 1000.0)]), depth, 0.2, 0.002);
-    let asked = Start::of(&[&m], &known(rig), 2).unwrap();
+    let asked = Start::of(&[&m], &known(rig), 2..=MOST_BRANCHES).unwrap();
     assert_eq!(asked.branches.len(), 2);
     assert!((asked.instantaneous_pa() / 1500.0 - 1.0).abs() < 0.2, "{asked:?}");
-    let found = Start::of(&[&m], &known(rig), 1).unwrap();
+    let found = Start::of(&[&m], &known(rig), 1..=MOST_BRANCHES).unwrap();
     let all = found.defaults(Mentioned { free: false, lambda_star: false, branch: 0 });
     assert_eq!(all.fixed.len(), MOST_BRANCHES - 1);
     assert!(all.free.contains(&"material.branch[1].eta".to_owned()));
@@ -105,8 +105,8 @@ fn what_the_user_named_stays() {
 fn a_stiff_sample_frees_the_skeleton_and_a_silent_one_tells_nothing() {
     let (rig, depth) = rigs()[0];
     let m = measured(&rig, (5e4, &[(1.0, 1e4)]), depth, 0.2, 0.0);
-    let found = Start::of(&[&m], &known(rig), 1).unwrap();
+    let found = Start::of(&[&m], &known(rig), 1..=MOST_BRANCHES).unwrap();
     assert!((found.lambda_star_pa.unwrap() / 6e5 - 1.0).abs() < 0.2, "{found:?}");
     let silent = Measurement { force_n: vec![0.0; m.len()], ..m };
-    assert_eq!(Start::of(&[&silent], &known(rig), 1), None);
+    assert_eq!(Start::of(&[&silent], &known(rig), 1..=MOST_BRANCHES), None);
 }

@@ -1,0 +1,208 @@
+//! Which further test would tell the surviving explanations apart.
+//!
+//! One explanation A is taken to be true; it predicts the force of a candidate test. The other one, B, is fitted to what was measured and
+//! that prediction together, linearised: `|P [0; inv(L)(F_A - F_B)]|^2` with `P` the projector of B's derivatives over both is the fall of
+//! chi^2 that the new test is expected to show against B, twice the log evidence but for what both have in common.
+
+use super::confirming::Refit;
+use crate::data::Measurement;
+use crate::fit::{EvaluationFailure, Problem, Whitening};
+use crate::inference::effect::{Candidate, Place, is_continuous};
+use crate::inference::{ForceProblem, Linearised, Setup};
+use crate::noise::{NoiseModel, Observation, Weights, noise_model};
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+const RADIUS: &str = "geometry.punch_radius";
+/// Times and depths are changed by these factors, within what a machine and a specimen bear.
+const RATE: f64 = 10.0;
+const LONGER: f64 = 10.0;
+const DEEPER: f64 = 1.5;
+/// A depth beyond this part of the specimen's height is not proposed.
+const DEEPEST: f64 = 0.5;
+/// Points of each straight part of the motion.
+const POINTS: usize = 40;
+
+/// A test that is proposed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Proposal {
+    /// What to do.
+    pub what: String,
+    /// Fall of chi^2 that tells the explanations apart; none where the test decides by itself.
+    pub evidence: Option<f64>,
+}
+
+impl Proposal {
+    /// In a sentence.
+    pub fn in_words(&self) -> String {
+        match self.evidence {
+            None => self.what.clone(),
+            Some(evidence) => {
+                let odds = match evidence {
+                    e if e > 12.0 => "would tell them apart",
+                    e if e > 6.0 => "would probably tell them apart",
+                    _ => "would hardly tell them apart",
+                };
+                format!("{}: {odds} (expected fall of chi^2 {evidence:.0})", self.what)
+            }
+        }
+    }
+}
+
+/// A candidate: the motion (s, m), and a parameter that it changes.
+struct Test {
+    what: &'static str,
+    corners: Vec<(f64, f64)>,
+    changed: Option<(&'static str, f64)>,
+}
+
+/// Tests that would tell the explanations apart, the best first; for groups of three what the worst told two of them have.
+///
+/// # Errors
+/// When the user asked to stop.
+pub fn proposals(
+    setup: Setup,
+    candidates: &[Candidate],
+    noise: &NoiseModel,
+    rivals: &[&Refit],
+    sample_height_m: Option<f64>,
+) -> Result<Vec<Proposal>, EvaluationFailure> {
+    let mut all = Vec::new();
+    if rivals.len() < 2 {
+        return Ok(all);
+    }
+    let is_outside = |r: &&&Refit| {
+        r.members.iter().all(|k| matches!(candidates[*k].effect.place, Place::Machine | Place::Sensor))
+    };
+    let outside = rivals.iter().filter(is_outside).count();
+    if outside > 0 && outside < rivals.len() {
+        let what = "the same motion on a stiff blank (steel, or a spring): what is left there is the machine's or the sensor's";
+        all.push(Proposal { what: what.to_owned(), evidence: None });
+    }
+    for test in tests(setup, sample_height_m) {
+        if let Some(evidence) = value(setup, candidates, noise, rivals, &test)? {
+            all.push(Proposal { what: test.what.to_owned(), evidence: Some(evidence) });
+        }
+    }
+    let rank = |p: &Proposal| p.evidence.unwrap_or(f64::INFINITY);
+    all.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
+    Ok(all)
+}
+
+/// Changes of the deepest test that was made.
+fn tests(setup: Setup, sample_height_m: Option<f64>) -> Vec<Test> {
+    let cycles = setup.observations.iter().filter_map(|o| o.cycles.first());
+    let Some(cycle) = cycles.max_by(|a, b| a.depth_m.total_cmp(&b.depth_m)) else { return vec![] };
+    let (depth, ramp, hold) = (cycle.depth_m, cycle.ramp_end_s - cycle.ramp_start_s, cycle.hold_s());
+    let held = |depth: f64, ramp: f64, hold: f64| vec![(0.0, 0.0), (ramp, depth), (ramp + hold, depth)];
+    let mut cycled = vec![(0.0, 0.0)];
+    for start in [0.0, 1.0, 2.0].map(|k| k * (2.0 * ramp + 2.0 * hold)) {
+        cycled.push((start + ramp, depth));
+        cycled.push((start + ramp + hold, depth));
+        cycled.push((start + 2.0 * ramp + hold, 0.0));
+        cycled.push((start + 2.0 * ramp + 2.0 * hold, 0.0));
+    }
+    let test = |what, corners| Test { what, corners, changed: None };
+    let mut all = vec![
+        test("loading ten times as slowly", held(depth, RATE * ramp, hold)),
+        test("loading ten times as fast", held(depth, ramp / RATE, hold)),
+        test("half the depth", held(0.5 * depth, 0.5 * ramp, hold)),
+        test("a hold ten times as long", held(depth, ramp, LONGER * hold)),
+        test("three cycles, with rests as long as the hold", cycled),
+    ];
+    if sample_height_m.is_some_and(|height| DEEPER * depth < DEEPEST * height) {
+        all.push(test("one and a half times the depth", held(DEEPER * depth, DEEPER * ramp, hold)));
+    }
+    let radius = setup.value(&setup.unknowns.settings(setup.unknowns.start()), RADIUS);
+    if let Some(radius) = radius.filter(|_| setup.engine.is_own()) {
+        let corners = held(0.5 * depth, 0.5 * ramp, hold);
+        let what = "half the depth with a punch of half the radius";
+        all.push(Test { what, corners, changed: Some((RADIUS, 0.5 * radius)) });
+    }
+    all
+}
+
+impl Test {
+    /// The test with this force (N) and its deviation (N).
+    fn observation(&self, force_n: &[f64], white_n: f64) -> Option<Observation> {
+        let (mut time_s, mut displacement_m) = (vec![0.0], vec![0.0]);
+        for pair in self.corners.windows(2) {
+            let ((from, a), (to, b)) = (pair[0], pair[1]);
+            for k in 1..=POINTS {
+                // Dense where a straight part begins: relaxation is fast there.
+                let part = (k as f64 / POINTS as f64).powi(3);
+                time_s.push(from + part * (to - from));
+                displacement_m.push(a + part * (b - a));
+            }
+        }
+        let n = time_s.len();
+        let force_n = if force_n.len() == n { force_n.to_vec() } else { vec![0.0; n] };
+        let measurement = Measurement {
+            time_s,
+            displacement_m,
+            force_n,
+            spread_n: Some(vec![white_n; n]),
+            ..Measurement::default()
+        };
+        Observation::new(&measurement, None).ok()
+    }
+}
+
+/// Expected fall of chi^2 against the wrong explanation, of the two that the test tells apart worst; none where the model fails.
+fn value(
+    setup: Setup,
+    candidates: &[Candidate],
+    noise: &NoiseModel,
+    rivals: &[&Refit],
+    test: &Test,
+) -> Result<Option<f64>, EvaluationFailure> {
+    let unknowns = setup.unknowns.clone().with_fixed(&test.changed.into_iter().collect::<Vec<_>>());
+    let white_mn = noise.tests.iter().map(|t| t.white_mn.mean()).fold(0.0, f64::max);
+    let Some(silent) = test.observation(&[], white_mn * 1e-3) else { return Ok(None) };
+    let silent = [silent];
+    let there = Setup { observations: &silent, unknowns: &unknowns, ..setup };
+    let predicted = |r: &Refit| -> Result<Option<(DVector<f64>, DMatrix<f64>)>, EvaluationFailure> {
+        let active: Vec<&Candidate> = r.members.iter().map(|k| &candidates[*k]).collect();
+        let mut problem = ForceProblem::new(there, &active);
+        let x = &r.fit.solution.x;
+        let force = match problem.residual(x) {
+            Err(EvaluationFailure::Failed(_)) => return Ok(None),
+            other => other?,
+        };
+        match problem.jacobian(x, &force) {
+            Err(EvaluationFailure::Failed(_)) => Ok(None),
+            other => Ok(Some((DVector::from_vec(force), other?))),
+        }
+    };
+    let mut all = Vec::new();
+    for rival in rivals {
+        match predicted(rival)? {
+            Some(found) => all.push(found),
+            None => return Ok(None),
+        }
+    }
+    let mut least = f64::INFINITY;
+    for (a, (force_a, _)) in all.iter().enumerate() {
+        let force_n: Vec<f64> = force_a.iter().map(|f| f * 1e-3).collect();
+        let Some(observed) = test.observation(&force_n, white_mn * 1e-3) else { return Ok(None) };
+        let model = noise_model(&[observed], force_a.as_slice(), vec![], &Weights::default());
+        let Ok(model) = model else { return Ok(None) };
+        for (b, (force_b, jacobian_b)) in all.iter().enumerate().filter(|(b, _)| *b != a) {
+            let before = &rivals[b].fit.linear.design;
+            let added = model.covariance.apply_columns(jacobian_b);
+            let (n, m) = (before.nrows(), added.nrows());
+            let mut design = before.clone().resize_vertically(n + m, 0.0);
+            design.rows_mut(n, m).copy_from(&added);
+            let mut difference = DVector::zeros(n + m);
+            difference.rows_mut(n, m).copy_from(&model.covariance.apply(&(force_a - force_b)));
+            least = least.min(Linearised::new(design, &difference).residual.norm_squared());
+        }
+    }
+    Ok(least.is_finite().then_some(least))
+}
+
+/// The refits of these candidates alone, as far as they have a size of their own.
+pub fn rivals<'a>(refits: &'a [Refit], members: &[usize], candidates: &[Candidate]) -> Vec<&'a Refit> {
+    let of = |k: &usize| refits.iter().find(|r| r.members == [*k] && is_continuous(&candidates[*k]));
+    members.iter().filter_map(of).collect()
+}

@@ -1,0 +1,326 @@
+//! What a gap looks like that no effect explains: with what it goes, when it begins or how it repeats, whether it is there off contact,
+//! and in which specimens.
+//!
+//! Each description is a shape (or two) whose part that no refit absorbs is fitted to the residual, as an effect's signature is; the one
+//! that takes most of the gap, less twice the logarithm of the number of shapes that its kind has, is told.
+
+use crate::inference::fit::Fit;
+use crate::noise::Observation;
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// Places of a step, and periods, that are tried in each test.
+const STEPS: usize = 40;
+const PERIODS: usize = 60;
+/// Largest mean square of a specimen's own residual over the median of all that passes as the others'.
+const OUTSTANDING: f64 = 3.0;
+/// Score of what is left off contact that noise passes in one of a thousand cases.
+const OFF_CONTACT: f64 = 3.3;
+/// A force below this part of the peak is no contact.
+const NO_FORCE: f64 = 1e-3;
+
+/// With what the gap goes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "with")]
+pub enum Course {
+    /// It grows with the time since the test began.
+    Clock,
+    /// It is there from this time on (s).
+    Step {
+        /// Its beginning (s).
+        from_s: f64,
+    },
+    /// It repeats.
+    Period {
+        /// Its period (s).
+        period_s: f64,
+    },
+    /// It goes with the depth.
+    Depth,
+    /// It goes with the rate.
+    Rate,
+    /// It goes with the force.
+    Force,
+    /// It is there while there is contact, of one size.
+    Contact,
+}
+
+/// A description of what is left.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Leftover {
+    /// With what it goes.
+    pub course: Course,
+    /// Test that it is seen in; none: in all alike.
+    pub test: Option<String>,
+    /// Part of the gap (chi^2 beyond what noise gives) that this description takes.
+    pub part: f64,
+    /// Whether it is there off contact, too: then it is the machine's or the sensor's. None where nothing was measured there.
+    pub off_contact: Option<bool>,
+    /// Specimens that differ from the others far more than these among themselves.
+    pub specimens: Vec<String>,
+}
+
+/// One description that is tried: shapes (any unit), and how many others of its kind there are.
+struct Trial {
+    course: Course,
+    test: Option<usize>,
+    shapes: Vec<DVector<f64>>,
+    kind: usize,
+}
+
+/// The best description of what a fit leaves; none where nothing is left.
+pub fn leftover(observations: &[Observation], fit: &Fit) -> Option<Leftover> {
+    let excess = fit.linear.residual.norm_squared() - fit.gap_mn.len() as f64;
+    let value = |t: &Trial| gain(fit, &t.shapes) - 2.0 * (t.kind as f64).ln();
+    let all: Vec<(f64, Trial)> = trials(observations, fit).into_iter().map(|t| (value(&t), t)).collect();
+    let (gained, best) = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (excess > 0.0 && gained > 0.0).then(|| Leftover {
+        course: best.course,
+        test: best.test.map(|t| observations[t].name().to_owned()),
+        part: (gained / excess).min(1.0),
+        off_contact: off_contact(observations, fit),
+        specimens: observations.iter().flat_map(outstanding).collect(),
+    })
+}
+
+/// Fall of chi^2 by shapes of free sizes, beyond what a refit absorbs.
+fn gain(fit: &Fit, shapes: &[DVector<f64>]) -> f64 {
+    let columns: Vec<DVector<f64>> =
+        shapes.iter().map(|d| fit.linear.signature(&fit.covariance, d).s).collect();
+    let s = DMatrix::from_columns(&columns);
+    let product = s.tr_mul(&fit.linear.residual);
+    // A shape that a refit absorbs gains nothing.
+    let Some(inverse) = s.tr_mul(&s).cholesky() else { return 0.0 };
+    product.dot(&inverse.solve(&product))
+}
+
+fn trials(observations: &[Observation], fit: &Fit) -> Vec<Trial> {
+    let total = fit.gap_mn.len();
+    let mut trials = Vec::new();
+    let mut before = 0;
+    let mut together: Vec<(Course, DVector<f64>)> = Vec::new();
+    for (test, o) in observations.iter().enumerate() {
+        let (n, t) = (o.len(), &o.time_s);
+        let whole = |shape: &dyn Fn(usize) -> f64| {
+            let mut all = DVector::zeros(total);
+            (0..n).for_each(|i| all[before + i] = shape(i));
+            all
+        };
+        let force: Vec<f64> =
+            o.force_mn().iter().zip(fit.gap_mn.rows(before, n).iter()).map(|(m, g)| m - g).collect();
+        let peak = force.iter().copied().fold(0.0, f64::max);
+        let depth = |i: usize| o.measurement.displacement_m[i].max(0.0) * 1e3;
+        let rate = |i: usize| if i == 0 { 0.0 } else { (depth(i) - depth(i - 1)) / (t[i] - t[i - 1]) };
+        let simple = [
+            (Course::Clock, whole(&|i| t[i] - t[0])),
+            (Course::Depth, whole(&depth)),
+            (Course::Rate, whole(&rate)),
+            (Course::Force, whole(&|i| force[i])),
+            (Course::Contact, whole(&|i| f64::from(u8::from(force[i] > NO_FORCE * peak)))),
+        ];
+        if test == 0 {
+            together.extend(simple.iter().cloned());
+        } else {
+            together.iter_mut().zip(&simple).for_each(|((_, sum), (_, own))| *sum += own);
+        }
+        let one = |(course, shape)| Trial {
+            course,
+            test: Some(test),
+            shapes: vec![shape],
+            kind: observations.len(),
+        };
+        if observations.len() > 1 {
+            trials.extend(simple.into_iter().map(one));
+        }
+        trials.extend((1..STEPS).map(|k| {
+            let first = k * n / STEPS;
+            let shapes = vec![whole(&|i| f64::from(u8::from(i >= first)))];
+            Trial {
+                course: Course::Step { from_s: t[first] },
+                test: Some(test),
+                shapes,
+                kind: STEPS * observations.len(),
+            }
+        }));
+        let (shortest, longest) = (4.0 * median_step(t), 0.5 * (t[n - 1] - t[0]));
+        let periods =
+            (0..PERIODS).map(|k| shortest * (longest / shortest).powf(k as f64 / (PERIODS - 1) as f64));
+        trials.extend(periods.filter(|p| p.is_finite() && *p > 0.0).map(|period_s| {
+            let angle = |i: usize| std::f64::consts::TAU * (t[i] - t[0]) / period_s;
+            let shapes = vec![whole(&|i| angle(i).sin()), whole(&|i| angle(i).cos())];
+            Trial {
+                course: Course::Period { period_s },
+                test: Some(test),
+                shapes,
+                kind: PERIODS * observations.len(),
+            }
+        }));
+        before += n;
+    }
+    trials.extend(together.into_iter().map(|(course, shape)| Trial {
+        course,
+        test: None,
+        shapes: vec![shape],
+        kind: 1,
+    }));
+    trials
+}
+
+fn median_step(time_s: &[f64]) -> f64 {
+    crate::data::measurement::median(&mut time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
+}
+
+/// Whether the mean of what is left where there is no force is more than noise; none where nothing was measured there.
+fn off_contact(observations: &[Observation], fit: &Fit) -> Option<bool> {
+    let mut before = 0;
+    let (mut square, mut any) = (0.0_f64, false);
+    for o in observations {
+        let measured = o.force_mn();
+        let peak = measured.iter().copied().fold(0.0, f64::max);
+        let computed = |i: usize| measured[i] - fit.gap_mn[before + i];
+        let points: Vec<usize> = (0..o.len()).filter(|&i| computed(i).abs() < NO_FORCE * peak).collect();
+        if points.len() > 2 {
+            let mut shape = DVector::zeros(fit.gap_mn.len());
+            points.iter().for_each(|&i| shape[before + i] = 1.0);
+            let score = fit.linear.signature(&fit.covariance, &shape).score(&fit.linear.residual);
+            square = square.max(score.abs());
+            any = true;
+        }
+        before += o.len();
+    }
+    any.then_some(square > OFF_CONTACT)
+}
+
+/// Specimens whose curve differs from the common one far more than the others'.
+fn outstanding(o: &Observation) -> Vec<String> {
+    let m = &o.measurement;
+    let own = |(k, factor): (usize, &f64)| {
+        let difference = |(s, f): (&f64, &f64)| (s - factor * f).powi(2);
+        m.specimens_n[k].iter().zip(&m.force_n).map(difference).sum::<f64>()
+    };
+    let squares: Vec<f64> = o.factors.iter().enumerate().map(own).collect();
+    if squares.len() < 3 {
+        return vec![];
+    }
+    let usual = crate::data::measurement::median(&mut squares.clone());
+    let far = squares.iter().zip(&m.specimen_names).filter(|(square, _)| **square > OUTSTANDING * usual);
+    far.map(|(_, name)| format!("{} {name}", o.name())).collect()
+}
+
+impl Leftover {
+    /// In a sentence.
+    pub fn in_words(&self) -> String {
+        let what = match self.course {
+            Course::Clock => "grows with the time since the test began".to_owned(),
+            Course::Step { from_s } => format!("is there from {} s on", rounded(from_s)),
+            Course::Period { period_s } => format!("repeats with a period of {} s", rounded(period_s)),
+            Course::Depth => "goes with the depth".to_owned(),
+            Course::Rate => "goes with the rate".to_owned(),
+            Course::Force => "goes with the force".to_owned(),
+            Course::Contact => "is there while there is contact, of one size".to_owned(),
+        };
+        let test = self.test.as_ref().map(|t| format!(", in {t}")).unwrap_or_default();
+        let place = match self.off_contact {
+            Some(true) => "; it is there off contact, too: look at machine and sensor",
+            Some(false) => "; there is nothing off contact: look at specimen and contact",
+            None => "; nothing was measured off contact",
+        };
+        let specimens = match &self.specimens[..] {
+            [] => String::new(),
+            some => format!(
+                "; {} far from the others",
+                crate::inference::wording::list(&some.iter().map(String::as_str).collect::<Vec<_>>())
+            ),
+        };
+        format!("What is left {what}{test} ({:.0} % of the gap){place}{specimens}.", 100.0 * self.part)
+    }
+}
+
+fn rounded(value: f64) -> String {
+    crate::inference::wording::significant(value, 3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::Measurement;
+    use crate::data::random::Random;
+    use crate::fit::{Prior, Solution};
+    use crate::inference::fit::linearised;
+    use crate::noise::Covariance;
+
+    /// A ramp of 1 s and a hold of 99 s of `5 + 3 exp(-t / 20)` mN with white noise of 0.05 mN and something added (mN), fitted by the two heights.
+    fn fitted(added_mn: &dyn Fn(f64) -> f64) -> (Vec<Observation>, Fit) {
+        let mut random = Random::new(3);
+        let time_s: Vec<f64> = (0..200).map(|i| 0.5 * f64::from(i)).collect();
+        let depth = |t: f64| t.min(1.0);
+        let shapes = |t: f64| [depth(t), depth(t) * (-(t - 1.0).max(0.0) / 20.0).exp()];
+        let model = |t: f64| 5.0 * shapes(t)[0] + 3.0 * shapes(t)[1];
+        let measured: Vec<f64> =
+            time_s.iter().map(|&t| model(t) + added_mn(t) + 0.05 * random.normal()).collect();
+        let m = Measurement {
+            name: "P".into(),
+            displacement_m: time_s.iter().map(|&t| depth(t) * 1e-3).collect(),
+            force_n: measured.iter().map(|f| f * 1e-3).collect(),
+            time_s: time_s.clone(),
+            ..Measurement::default()
+        };
+        let observation = Observation::new(&m, None).unwrap();
+        let n = time_s.len();
+        let jacobian_mn = DMatrix::from_fn(n, 2, |i, j| shapes(time_s[i])[j]);
+        let covariance = Covariance::new(DVector::from_element(n, 0.05), vec![]);
+        let y = DVector::from_vec(measured);
+        let x = (jacobian_mn.tr_mul(&jacobian_mn)).try_inverse().unwrap() * jacobian_mn.tr_mul(&y);
+        let gap_mn = &y - &jacobian_mn * &x;
+        let prior = Prior { mean: vec![0.0; 2], deviation: vec![1e3; 2] };
+        let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &prior, x.as_slice());
+        let solution =
+            Solution::at_once(x.as_slice().to_vec(), gap_mn.as_slice().to_vec(), jacobian_mn.clone());
+        let fit = Fit {
+            solution,
+            linear,
+            gap_mn,
+            jacobian_mn,
+            parameters: 2,
+            prior,
+            covariance,
+            is_at_minimum: true,
+        };
+        (vec![observation], fit)
+    }
+
+    fn found(added_mn: &dyn Fn(f64) -> f64) -> Leftover {
+        let (observations, fit) = fitted(added_mn);
+        leftover(&observations, &fit).unwrap()
+    }
+
+    #[test]
+    fn a_step_has_its_time() {
+        let l = found(&|t| if t > 40.0 { 0.3 } else { 0.0 });
+        assert!(matches!(l.course, Course::Step { from_s } if (from_s - 40.0).abs() < 3.0), "{l:?}");
+        assert!(l.part > 0.8, "{l:?}");
+    }
+
+    #[test]
+    fn a_hum_has_its_period() {
+        let l = found(&|t| 0.2 * (std::f64::consts::TAU * t / 7.0).sin());
+        assert!(
+            matches!(l.course, Course::Period { period_s } if (period_s / 7.0 - 1.0).abs() < 0.1),
+            "{l:?}"
+        );
+    }
+
+    #[test]
+    fn a_drift_goes_with_the_clock() {
+        let l = found(&|t| 0.01 * t);
+        assert_eq!(l.course, Course::Clock, "{l:?}");
+    }
+
+    /// A relaxation within 2 s is none of the shapes: its description takes the smaller part of it, or says so.
+    #[test]
+    fn noise_has_no_description() {
+        let (observations, fit) = fitted(&|_| 0.0);
+        let all = leftover(&observations, &fit);
+        assert!(all.is_none_or(|l| l.part < 1.0 || fit.linear.residual.norm_squared() < 240.0));
+    }
+}
