@@ -80,12 +80,13 @@ fn nuts_samples_the_same_normal_posterior() {
 fn a_banana_is_left_to_nuts() {
     // Laplace at the mode sees the width of the skin only.
     let laplace = DMatrix::from_diagonal(&DVector::from_row_slice(&[1.0, 0.25]));
-    let plan = SamplePlan { draws: 2000, tuning: 500, ..SamplePlan::default() };
+    let plan = SamplePlan { draws: 20_000, tuning: 1000, ..SamplePlan::default() };
     let found = sample(&mut Banana, &[0.0, 0.0], &laplace, &plan).unwrap();
     assert!(found.k_hat > TRUSTED_K_HAT && found.method == Method::Nuts, "{}", found.k_hat);
     let ((mean, variance), (along, spread)) = (moments(&found.draws, 1), moments(&found.draws, 0));
-    assert!((mean - 1.0).abs() < 0.3 && (1.2..4.0).contains(&variance), "{mean} {variance}");
-    assert!(along.abs() < 0.3 && (spread - 1.0).abs() < 0.35, "{along} {spread}");
+    // Draws of a banana remember each other: its arms are narrow for a step that suits its middle.
+    assert!((mean - 1.0).abs() < 0.25 && (1.5..3.2).contains(&variance), "{mean} {variance}");
+    assert!(along.abs() < 0.25 && (spread - 1.0).abs() < 0.25, "{along} {spread}");
 }
 
 #[test]
