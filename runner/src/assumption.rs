@@ -2,11 +2,12 @@
 
 use crate::pool::Wiring;
 use crate::setting::shown;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A parameter that was not fitted.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Assumption {
     /// Its name.
     pub name: String,
@@ -64,53 +65,49 @@ pub fn geometry_warning(assumptions: &[Assumption]) -> Option<String> {
     ))
 }
 
-/// The warning, what was given as it was understood, and what else was assumed; each a line of `width` characters at most.
-pub fn lines(assumptions: &[Assumption], width: usize) -> Vec<String> {
-    let mut lines = Vec::new();
-    lines.extend(geometry_warning(assumptions).map(|w| wrapped("", &[w], " ", width)));
+/// What stands before any result: the warning, and what was given as it was understood.
+pub fn before(assumptions: &[Assumption]) -> Vec<String> {
+    let given = assumptions.iter().filter(|a| a.given && acts(a, assumptions)).map(Assumption::assignment);
+    let given = given.collect::<Vec<_>>().join(", ");
+    let echo = (!given.is_empty()).then(|| format!("given: {given}"));
+    geometry_warning(assumptions).into_iter().chain(echo).collect()
+}
+
+/// What stands after it: everything that was assumed, by the last part of its name.
+pub fn after(assumptions: &[Assumption]) -> Option<String> {
     let is_technical = |a: &&Assumption| TECHNICAL.iter().any(|t| a.name.starts_with(t));
     // An effect at its default is switched off, whatever its other parameters say.
     let is_assumed = |a: &&Assumption| {
         !a.given && !is_technical(a) && !a.name.starts_with("effect.") && acts(a, assumptions)
     };
-    let given: Vec<String> = assumptions.iter().filter(|a| a.given).map(Assumption::assignment).collect();
-    let assumed: Vec<String> = assumptions.iter().filter(is_assumed).map(Assumption::assignment).collect();
-    for (head, items) in [("given: ", given), ("assumed: ", assumed)] {
-        if !items.is_empty() {
-            lines.push(wrapped(head, &items, ", ", width));
+    let words = |a: &Assumption| {
+        let leaf = a.name.split_once('.').map_or(a.name.as_str(), |(_, leaf)| leaf).replace('_', " ");
+        match a.value.as_str() {
+            "true" => leaf,
+            "false" => format!("not {leaf}"),
+            _ => format!("{leaf} {}", a.quantity()),
         }
-    }
-    lines
+    };
+    let assumed: Vec<String> = assumptions.iter().filter(is_assumed).map(words).collect();
+    (!assumed.is_empty()).then(|| format!("assumed: {}", assumed.join(", ")))
 }
 
-/// Whether a shape's parameter belongs to the shape that is there.
+/// Whether a parameter belongs to the shape, or to a branch, that is there.
 fn acts(a: &Assumption, all: &[Assumption]) -> bool {
+    let branch = a.name.strip_prefix("material.branch[").and_then(|rest| rest.split_once(']'));
+    if let Some((branch, _)) = branch {
+        let mu = format!("material.branch[{branch}].mu");
+        return !all.iter().any(|m| m.name == mu && m.value.parse() == Ok(0.0));
+    }
     let profile = all.iter().find(|p| p.name == "indenter.profile").map_or("flat", |p| p.value.as_str());
     match a.name.as_str() {
+        // The same as the profile, as a number.
+        "indenter.profile_number" => false,
         "indenter.edge_radius" => profile == "flat",
         "indenter.sphere_radius" => profile == "sphere",
         "indenter.cone_half_angle" => profile == "cone",
         _ => true,
     }
-}
-
-/// Items in lines of `width` characters at most, broken between words.
-pub fn wrapped(head: &str, items: &[String], separator: &str, width: usize) -> String {
-    let text = format!("{head}{}", items.join(separator));
-    let mut out = String::new();
-    let mut column = 0;
-    for word in text.split(' ') {
-        if column > 0 && column + 1 + word.chars().count() > width {
-            out.push_str("\n  ");
-            column = 2;
-        } else if column > 0 {
-            out.push(' ');
-            column += 1;
-        }
-        out.push_str(word);
-        column += word.chars().count();
-    }
-    out
 }
 
 #[cfg(test)]
@@ -130,14 +127,14 @@ mod tests {
             assumption("indenter.cone_half_angle", "60", "deg", false),
             assumption("material.n0s", "0.032", "", false),
             assumption("solver.tolerance", "0.0003", "", false),
+            assumption("boundary.drained_punch", "false", "", false),
+            assumption("material.branch[3].mu", "0", "Pa", true),
+            assumption("material.branch[3].eta", "1000", "Pa s", false),
         ];
-        let found = lines(&all, 80).join("\n");
-        let flat = found.replace("\n  ", " ");
-        assert!(flat.starts_with("warning: punch radius 2 mm: the default; give"), "{found}");
-        assert!(flat.contains("given: geometry.sample_radius = 10 mm"), "{found}");
-        assert!(flat.contains("material.n0s = 0.032"), "{found}");
-        assert!(!found.contains("solver") && !found.contains("cone"), "{found}");
-        assert!(found.lines().all(|l| l.chars().count() <= 80), "{found}");
+        let found = before(&all);
+        assert!(found[0].starts_with("warning: punch radius 2 mm: the default; give"), "{found:?}");
+        assert_eq!(found[1..], ["given: geometry.sample_radius = 10 mm".to_owned()]);
+        assert_eq!(after(&all).unwrap(), "assumed: punch radius 2 mm, n0s 0.032, not drained punch");
         all[0].given = true;
         assert!(geometry_warning(&all).is_none());
     }

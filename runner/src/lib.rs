@@ -28,4 +28,5 @@ pub mod pool;
 pub mod report;
 pub mod score;
 pub mod setting;
+pub mod text;
 pub mod units;

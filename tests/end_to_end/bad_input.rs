@@ -43,7 +43,7 @@ fn bad_measurements() {
         for part in parts.iter().chain(&["bad file.csv", "remedy"]) {
             assert!(error.contains(part), "{what}: `{part}` is not in\n{error}");
         }
-        assert!(!out.join("result.json").exists() && !out.join("settings.json").exists(), "{what}");
+        assert!(!out.join("result.json").exists() && !out.join("poropunch.toml").exists(), "{what}");
     }
 }
 

@@ -3,7 +3,7 @@
 //! Set-up: coarse mesh, `--quick`. Practice data come from an independent solver with one effect each
 //! (data/practice/answers.csv); the null case is that solver's plain model.
 
-use super::program::{directory, fail, json, repository, run, succeed, text};
+use super::program::{directory, fail, json, one_line, repository, run, succeed, text};
 use serde_json::Value;
 use std::path::Path;
 
@@ -23,7 +23,7 @@ fn diagnose(folder: &str, out: &Path) -> Value {
     // Geometry that was not given comes first, then the answer.
     assert!(printed.starts_with("warning: punch radius 2 mm"), "{printed}");
     let answer = found["verdict"]["text"].as_str().unwrap();
-    assert!(printed.lines().any(|line| line == answer), "{printed}");
+    assert!(one_line(&printed).contains(&one_line(answer)), "{printed}");
     let page = std::fs::read_to_string(out.join("diagnosis.html")).expect("a page");
     assert!(page.contains("</html>") && page.contains("<svg"));
     // Nothing is loaded from elsewhere: the only addresses are names of namespaces.
@@ -52,7 +52,7 @@ fn a_load_cell_lag_is_found_with_its_size() {
 fn data_of_the_plain_model_have_no_gap() {
     let d = directory();
     let out = text(d.path());
-    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("no diagnosis to resume"));
+    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("nothing to resume"));
     let mut found = diagnose("data/measurement/table1-one-cycle", d.path());
     assert_eq!(found["verdict"]["kind"], "no gap", "{}", found["verdict"]["text"]);
     assert_eq!(found["verdict"]["effects"].as_array().unwrap().len(), 0);
@@ -64,17 +64,16 @@ fn data_of_the_plain_model_have_no_gap() {
     let mut resumed = json(&d.path().join("diagnosis.json"));
     (resumed["seconds"], found["seconds"]) = (Value::Null, Value::Null);
     assert_eq!(resumed, found);
-    std::fs::write(d.path().join("command.json"), "[]").unwrap();
-    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("command.json"));
+    std::fs::write(d.path().join("poropunch.toml"), "[").unwrap();
+    assert!(fail(&["diagnose", "--resume", "--out", out]).contains("poropunch.toml: line 1"));
 }
 
 /// Goal: the published numbers are read as the design says; what they cannot decide is told.
 #[test]
 fn the_papers_first_cycle_is_amplitude_not_rate() {
     let file = repository("data/published/measured.csv");
-    let printed = succeed(&["diagnose", "--published", text(&file), "--mesh", "coarse"]);
-    let first = printed.lines().next().unwrap();
-    assert!(first.starts_with(
+    let printed = one_line(&succeed(&["diagnose", "--published", text(&file), "--mesh", "coarse"]));
+    assert!(printed.starts_with(
         "hydrogel, cycle 1, P2 against P1: amplitude between the two protocols' specimens, not rate"
     ));
     assert!(printed.contains("of the model 1.0") && printed.contains("Not to be decided"), "{printed}");

@@ -1,8 +1,9 @@
 //! What `identify` can be asked for, on the quick third-party FMU.
 
-use super::program::{column, directory, fail, json, run, succeed, text};
+use super::program::{column, directory, fail, json, refuse, repository, run, succeed, text};
 use super::third_party::{WIRING, build, measurement};
 use serde_json::Value;
+use std::path::Path;
 
 /// The row of a parameter.
 fn row<'a>(result: &'a Value, table: &str, name: &str) -> &'a Value {
@@ -178,4 +179,69 @@ fn batch_runs_every_set_and_reports_failures() {
     let last = |name: &str| *column(&out.join(name), "force_mN").last().expect("a force");
     // After 90 s only the slow spring is left: 1 mm times 5 or 1 mN/mm.
     assert!((last("stiff.csv") - 5.0).abs() < 1e-3 && (last("soft.csv") - 1.0).abs() < 1e-3);
+}
+
+/// Goal: contact point and load cell's zero are found with the parameters. Set-up: the shipped data with 0.03 mm added to the
+/// displacement and 0.4 mN to the force. Reference: the fit of the data as they are. Tolerance: the 95 % intervals, and for G_1 half
+/// of its own.
+#[test]
+fn contact_point_and_tare_are_fitted_with_the_rest() {
+    let d = directory();
+    let file = d.path().join("moved.csv");
+    let source = std::fs::read_to_string(repository("data/measurement/table1-one-cycle/P2.csv")).unwrap();
+    let header = source.lines().find(|l| l.starts_with("time_s")).unwrap().to_owned();
+    let moved = |line: &str| {
+        if line.starts_with(['#', 't']) {
+            return line.to_owned();
+        }
+        let shift = |(name, value): (&str, &str)| {
+            let by = match name {
+                "displacement_mm" => 0.03,
+                "force_mN" => 0.4,
+                specimen if specimen.starts_with("s0") || specimen == "s10" => 0.4,
+                _ => 0.0,
+            };
+            format!("{}", value.parse::<f64>().unwrap() + by)
+        };
+        header.split(',').zip(line.split(',')).map(shift).collect::<Vec<_>>().join(",")
+    };
+    std::fs::write(&file, source.lines().map(moved).collect::<Vec<_>>().join("\n")).unwrap();
+    let fit = |data: &Path, name: &str, zeros: &[&str]| {
+        let out = d.path().join(name);
+        succeed(&[&["identify", text(data), "--mesh", "coarse", "--out", text(&out)][..], zeros].concat());
+        json(&out.join("result.json"))
+    };
+    let plain = fit(&repository("data/measurement/table1-one-cycle/P2.csv"), "plain", &[]);
+    let found = fit(&file, "moved", &["--zero", "fit", "--tare", "fit"]);
+    let g = |r: &Value, key: &str| {
+        let all = r["derived"].as_array().unwrap();
+        all.iter().find(|d| d["symbol"] == "G_1").unwrap()[key].as_f64().unwrap()
+    };
+    let ratio = g(&found, "value") / g(&plain, "value");
+    assert!(
+        ratio.ln().abs() < 0.5 * g(&plain, "half_width"),
+        "G_1 is {ratio} times that of the data as they are"
+    );
+    // What was not known before costs width.
+    assert!(g(&found, "half_width") > g(&plain, "half_width"));
+    let zeros = found["nuisances"].as_array().unwrap();
+    assert_eq!(zeros.len(), 2);
+    // The onset is read at 0.026 mm: the surface at 0.03 mm is 0.004 mm lower.
+    let within = |k: usize, truth: f64| {
+        let end = |key: &str| zeros[k][key].as_f64().unwrap();
+        assert!(end("lower") < truth && truth < end("upper"), "{truth} is not in {}", zeros[k]);
+        assert!(end("upper") - end("lower") < if k == 0 { 0.02 } else { 0.1 }, "{}", zeros[k]);
+    };
+    within(0, 0.0260 - 0.03);
+    within(1, 0.4 - 0.3725);
+    let page = std::fs::read_to_string(d.path().join("moved/report.html")).unwrap();
+    assert!(page.contains("Zeros that were fitted"));
+    for (words, part) in [
+        (&["inspect", text(&file), "--zero", "fit"][..], "--zero contact"),
+        (&["diagnose", text(&file), "--tare", "fit"], "--tare off-contact"),
+        (&["identify", text(&file), "--tare", "fit", "--noise", "none"], "--noise none"),
+    ] {
+        let error = refuse(2, words);
+        assert!(error.contains(part), "{error}");
+    }
 }

@@ -1,6 +1,6 @@
 //! `inspect` on the shipped six-cycle data, on specimens in files of their own, and on files that are no test.
 
-use super::program::{column, directory, fail, json, repository, run, succeed, text};
+use super::program::{column, directory, fail, json, one_line, repository, run, succeed, text};
 use serde_json::Value;
 use std::path::Path;
 
@@ -42,7 +42,7 @@ fn six_cycles_are_read_as_the_protocol_made_them() {
     let d = directory();
     let files = DATA.map(repository);
     let arguments = ["inspect", text(&files[0]), text(&files[1]), "--water-fraction", "0.968+-0.002"];
-    let printed = succeed(&[&arguments[..], &["--out", text(d.path())]].concat());
+    let printed = one_line(&succeed(&[&arguments[..], &["--out", text(d.path())]].concat()));
     assert!(printed.contains("SYNTHETIC") && printed.contains("n0S = 0.0320 +- 0.0020"), "{printed}");
     let found = json(&d.path().join("inspection.json"));
     assert_eq!(found["schema"], "poropunch.inspection/1");

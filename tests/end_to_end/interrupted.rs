@@ -113,12 +113,12 @@ fn resume_refuses_what_does_not_fit() {
     quick.retain(|a| *a != "delay_ms=1" && *a != "--set");
     succeed(&quick);
     let error = fail(&[&quick[..], &["--resume", "--seed", "7"]].concat());
-    assert!(error.contains("differs in the fit's options"), "{error}");
+    assert!(error.contains("differs in `fit.seed`"), "{error}");
     succeed(&[&quick[..], &["--resume"]].concat());
     measurement(&data, 3.1, 8.0, 1.2);
     let error = fail(&["identify", "--resume", "--out", text(&out)]);
     assert!(error.contains("has changed"), "{error}");
-    std::fs::write(out.join("settings.json"), "{").expect("a write");
+    std::fs::write(out.join("poropunch.toml"), "{").expect("a write");
     let error = fail(&["identify", "--resume", "--out", text(&out)]);
-    assert!(error.contains("settings.json") && error.contains("begin anew"), "{error}");
+    assert!(error.contains("poropunch.toml") && error.contains("begin anew"), "{error}");
 }

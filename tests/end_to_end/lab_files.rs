@@ -2,7 +2,7 @@
 //!
 //! Set-up: one indentation test of known depth and force, in the dress of six programs. Reference: what went in.
 
-use super::program::{directory, json, refuse, repository, succeed, text};
+use super::program::{directory, json, one_line, refuse, repository, succeed, text};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -118,6 +118,11 @@ fn check(name: &str, out: &Path) {
     assert!((number("/peak_mn/median") - 10.0).abs() < 0.15, "{name}: {cycle}");
 }
 
+/// Numbered questions in a message.
+fn questions(message: &str) -> usize {
+    (1..20).take_while(|k| message.contains(&format!(" {k}. "))).count()
+}
+
 #[test]
 fn every_shape_is_read_and_asks_for_what_it_leaves_open() {
     let d = directory();
@@ -129,8 +134,12 @@ fn every_shape_is_read_and_asks_for_what_it_leaves_open() {
             for pair in shape.answers.chunks(2) {
                 assert!(error.contains(&pair.join(" ")), "{}: {error}", shape.name);
             }
-            let asked = error.matches("\n     --").count();
-            assert_eq!(asked, shape.answers.len() / 2, "{}: all questions, once: {error}", shape.name);
+            assert_eq!(
+                questions(&error),
+                shape.answers.len() / 2,
+                "{}: all questions, once: {error}",
+                shape.name
+            );
         }
         succeed(&[&base[..], shape.answers].concat());
         check(shape.name, &out);
@@ -155,7 +164,7 @@ fn ten_files_ask_once() {
     let out = d.path().join("out");
     let base = ["inspect", text(&folder), "--out", text(&out)];
     let error = refuse(4, &base);
-    assert_eq!(error.matches("\n     --").count(), 2, "{error}");
+    assert_eq!(questions(&error), 2, "{error}");
     let printed = succeed(&[&base[..], &["--zero", "contact", "--tare", "off-contact"]].concat());
     assert!(printed.contains("gel: 1 cycle"), "{printed}");
     let test = &json(&out.join("inspection.json"))["tests"][0];
@@ -204,7 +213,7 @@ fn doubtful_data_are_told_in_the_first_lines() {
     let file = d.path().join("m.csv");
     let inspect = |rows: String, head: &str| {
         std::fs::write(&file, format!("{head}\n{rows}")).expect("a file");
-        succeed(&["inspect", text(&file)])
+        one_line(&succeed(&["inspect", text(&file)]))
     };
     let own = "time_s,displacement_mm,force_mN";
     let plain = inspect(table(|t, d, f| format!("{t:.3},{d},{f}")), own);
@@ -218,7 +227,7 @@ fn doubtful_data_are_told_in_the_first_lines() {
     for (part, rows) in doubts {
         let printed = inspect(rows, own);
         assert!(
-            printed.starts_with("warning: ") && printed.lines().next().unwrap().contains(part),
+            printed.starts_with("warning: ") && printed.find(part).is_some_and(|at| at < 200),
             "{part}: {printed}"
         );
     }

@@ -113,8 +113,8 @@ fn inspect(file: &Path, reading: &Reading) -> bool {
     }
 }
 
-/// Nothing takes longer, also on a busy machine.
-const LIMIT: Duration = Duration::from_secs(10);
+/// Nothing takes longer, also unoptimised and on a busy machine.
+const LIMIT: Duration = Duration::from_secs(60);
 
 fn over(files: usize) {
     let d = tempfile::tempdir().expect("a directory");
@@ -150,8 +150,8 @@ fn over(files: usize) {
 }
 
 #[test]
-fn some_hundred_mutated_files_are_read_or_refused() {
-    over(400);
+fn a_thousand_mutated_files_are_read_or_refused() {
+    over(1000);
 }
 
 #[test]

@@ -27,23 +27,28 @@ pub fn succeed(arguments: &[&str]) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// Runs to the end and demands failure without a panic; returns the message.
+/// Runs to the end and demands failure without a panic; returns the message, in one line.
 pub fn fail(arguments: &[&str]) -> String {
     let output = run(arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(matches!(output.status.code(), Some(1 | 2 | 4)), "{arguments:?}\n{error}");
     assert!(error.starts_with("error: ") && !error.contains("panicked"), "{error}");
-    error
+    one_line(&error)
 }
 
-/// Runs to the end and demands an exit code; returns what it printed and what it complained of.
+/// A text without the line breaks that the terminal's width makes.
+pub fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Runs to the end and demands an exit code; returns what it printed and what it complained of, in one line.
 pub fn refuse(code: i32, arguments: &[&str]) -> String {
     let output = run(arguments);
     let both =
         [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
     assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{both}");
     assert!(!both.contains("panicked"), "{both}");
-    both
+    one_line(&both)
 }
 
 /// An empty directory for a test.

@@ -5,13 +5,13 @@ use super::draw::Kind as CaseKind;
 use super::key::{Key, Solution};
 use super::specimens::shared_height;
 use crate::diagnosis::result::{Diagnosis, Kind};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Largest group that is an answer.
 const LARGEST_GROUP: usize = 3;
 
 /// How one case was answered.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Line {
     /// Case.
     pub id: String,
@@ -32,7 +32,7 @@ pub struct Line {
 }
 
 /// The table of the design, section 7.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Scores {
     /// Cases without a gap that were accused of one.
     pub false_accusations: Share,
@@ -55,7 +55,7 @@ pub struct Scores {
 }
 
 /// Scores and the answers one by one, for the diagnosis and for the simple rules.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Table {
     /// The diagnosis.
     pub diagnosis: Scores,

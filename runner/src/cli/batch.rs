@@ -2,9 +2,11 @@
 
 use super::assumed;
 use super::engine_args::EngineArguments;
+use super::job::{Invocation, JobArguments};
 use super::parameter_sets::{ParameterSets, Set};
 use super::progress::Progress;
 use super::protocols::motion;
+use super::terminal;
 use super::{CliResult, Ending};
 use crate::data::Reading;
 use crate::engine::Engine;
@@ -12,21 +14,22 @@ use crate::output::{Folder, curve_csv};
 use crate::pool::{Job, Outcome, Priority, RunFailure};
 use crate::score::Shape;
 use crate::setting::{settings_from, shown, variable_named};
-use clap::Args;
+use clap::{Args, ValueHint};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Run many parameter sets in parallel.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// CSV file: one column per parameter (`NAME` or `NAME [unit]`), one row per run, optional column `name`
-    #[arg(value_name = "SETS")]
+    #[arg(value_name = "SETS", value_hint = ValueHint::FilePath)]
     sets: PathBuf,
     /// P1 or P2, or a CSV file with time_s,displacement_mm
-    #[arg(long, short, value_name = "PROTOCOL|FILE", default_value = "P2")]
+    #[arg(long, short, value_name = "PROTOCOL|FILE", default_value = "P2", value_hint = ValueHint::FilePath)]
     protocol: String,
     /// Directory for summary.csv and one curve per run
     #[arg(long, short, value_name = "DIR", default_value = "batch")]
@@ -39,22 +42,38 @@ pub struct Arguments {
     points: usize,
     #[command(flatten)]
     engine: EngineArguments,
+    #[command(flatten)]
+    job: JobArguments,
+}
+
+/// What `--json` prints: the runs themselves are files, as there may be any number of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Batch {
+    /// `poropunch.batch/1`.
+    pub schema: String,
+    /// Command that was given.
+    pub command: String,
+    /// Number of runs.
+    pub runs: usize,
+    /// Number of those that failed.
+    pub failed: usize,
+    /// Table of all runs, with the names of their curves' files.
+    pub summary: String,
 }
 
 /// Runs that wait or are under way for each instance: enough that none is idle, few enough for any length of table.
 const AHEAD: usize = 4;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let motion = motion(&arguments.protocol, None, arguments.points, &Reading::default())?;
     let cache = arguments.out.join("cache");
-    let engine = arguments.engine.engine(&arguments.record, false, Some(cache), stop)?;
+    let engine = arguments.engine.engine(&arguments.record, false, Some(cache), &call.stop)?;
     let common = settings_from(engine.wiring(), &arguments.engine.settings())?;
     let sets = ParameterSets::open(&arguments.sets, &engine)?;
-    for line in assumed::lines(&engine, &common, &sets.parameters()) {
-        say!("{line}");
-    }
+    let assumed = assumed::say_before(&assumed::of(&engine, &common, &sets.parameters()));
     let folder = Folder::begin(&arguments.out, "batch")?;
+    call.keep(&folder)?;
     let mut summary = Summary::begin(&folder, &engine, &sets)?;
     let submit = |set: &Set| {
         let (protocol, time_s) = (Arc::clone(&motion.protocol), Arc::clone(&motion.time_s));
@@ -88,9 +107,19 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     }
     progress.finish();
     say!("{} runs, {failed} failed; wrote {}", sets.count, arguments.out.join(SUMMARY).display());
-    if let Some(trouble) = engine.cache().trouble() {
-        eprintln!("warning: runs could not be kept in the cache: {trouble}");
+    if let Some(assumed) = assumed {
+        say!("{assumed}");
     }
+    if let Some(trouble) = engine.cache().trouble() {
+        terminal::warning(&format!("runs could not be kept in the cache: {trouble}"));
+    }
+    terminal::result(&Batch {
+        schema: "poropunch.batch/1".to_owned(),
+        command: call.command(),
+        runs: sets.count,
+        failed,
+        summary: folder.path().join(SUMMARY).display().to_string(),
+    })?;
     Ok(if engine.is_stopped() { Ending::Interrupted } else { Ending::Complete })
 }
 

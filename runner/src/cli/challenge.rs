@@ -2,7 +2,9 @@
 
 use super::diagnose::{self, diagnosis_of, tests_of};
 use super::engine_args::EngineArguments;
+use super::job::JobArguments;
 use super::progress::Progress;
+use super::terminal;
 use super::{CliResult, Ending};
 use crate::challenge::draw::Kind;
 use crate::challenge::key::{SEAL, open};
@@ -176,6 +178,7 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
             matters: 1.0,
             max_evaluations: arguments.max_evaluations,
             reading: Reading::default(),
+            job: JobArguments::default(),
             engine: arguments.engine.clone(),
         };
         let command = std::env::args().collect::<Vec<_>>().join(" ");
@@ -214,6 +217,8 @@ fn score_answers(arguments: &Score) -> CliResult {
     say!("{text}");
     let base = arguments.out.clone().unwrap_or_else(|| arguments.folder.join("scores"));
     write_file(&base.with_extension("md"), text.as_bytes())?;
-    write_file(&base.with_extension("json"), &serde_json::to_vec_pretty(&table)?)?;
+    let file = base.with_extension("json");
+    write_file(&file, &json(&file, &table)?)?;
+    terminal::result(&table)?;
     Ok(Ending::Complete)
 }

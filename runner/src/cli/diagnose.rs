@@ -4,8 +4,10 @@ use super::assumed;
 use super::engine_args::{EngineArguments, show_notes};
 use super::identify::{sample_height, start};
 use super::idle;
-use super::kept_command::KeptCommand;
+use super::idle::nothing_fitted;
+use super::job::{Invocation, JobArguments};
 use super::progress::Progress;
+use super::terminal;
 use super::{CliResult, Ending};
 use crate::assumption;
 use crate::data::measurement::DOUBT;
@@ -26,7 +28,7 @@ use crate::noise::observation::observe;
 use crate::output::{Folder, json, protect};
 use crate::pool::{Job, Priority, RunFailure};
 use crate::setting::settings_from;
-use clap::Args;
+use clap::{Args, ValueHint};
 use poropunch::motion::protocol::{ProtocolError, Trapezoid};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -37,13 +39,13 @@ use std::sync::atomic::AtomicBool;
 pub struct Arguments {
     /// Measurements, all explained together: CSV files with time_s,displacement_mm,force_mN; or a directory with
     /// one file per specimen of a test; or NAME=FILE,FILE,...
-    #[arg(value_name = "MEASUREMENT", required_unless_present_any = ["published", "resume"])]
+    #[arg(value_name = "MEASUREMENT", required_unless_present_any = ["published", "resume", "job"])]
     pub(super) measurements: Vec<PathBuf>,
     /// Instead of curves, published peaks and relaxations of two protocols (a CSV file): what their ratios say
-    #[arg(long, value_name = "FILE", conflicts_with = "measurements")]
+    #[arg(long, value_name = "FILE", conflicts_with = "measurements", value_hint = ValueHint::FilePath)]
     pub(super) published: Option<PathBuf>,
     /// Go on with the diagnosis of the --out directory as it was begun: finished runs are not repeated
-    #[arg(long, conflicts_with_all = ["measurements", "published"])]
+    #[arg(long, conflicts_with = "published")]
     pub(super) resume: bool,
     /// Screening, and refits of the four effects that promise most only
     #[arg(long)]
@@ -73,32 +75,34 @@ pub struct Arguments {
     pub(super) reading: Reading,
     #[command(flatten)]
     pub(super) engine: EngineArguments,
+    #[command(flatten)]
+    pub(super) job: JobArguments,
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
+    nothing_fitted(&arguments.reading, "diagnose")?;
     if let Some(file) = &arguments.published {
-        return ratios_of(file, arguments, stop);
+        return ratios_of(file, arguments, &call.stop);
     }
-    let begun = arguments.resume.then(|| KeptCommand::load(&arguments.out)).transpose()?;
-    let (kept, arguments) = match &begun {
-        Some((kept, arguments)) => (kept.clone(), arguments.as_ref()),
-        None => (KeptCommand::of(&arguments.measurements)?, arguments),
-    };
     let tests = tests_of(arguments)?;
-    let take = if begun.is_some() { Folder::resume } else { Folder::begin };
+    let take = if arguments.resume { Folder::resume } else { Folder::begin };
     let folder = take(&arguments.out, "diagnose")?;
-    kept.save(&folder)?;
-    let found = diagnosis_of(arguments, tests, kept.words.join(" "), stop)?;
+    call.keep(&folder)?;
+    let found = diagnosis_of(arguments, tests, call.command(), &call.stop)?;
     let Some(diagnosis) = found else { return Ok(Ending::Interrupted) };
-    let doubts = diagnosis.warnings.iter().filter(|w| w.contains(DOUBT)).map(|w| format!("warning: {w}"));
-    for line in assumption::lines(&diagnosis.assumptions, 80).into_iter().chain(doubts) {
-        say!("{line}");
+    let assumed = assumed::say_before(&diagnosis.assumptions);
+    for doubt in diagnosis.warnings.iter().filter(|w| w.contains(DOUBT)) {
+        say!("warning: {doubt}");
     }
     say!("{}", table(&diagnosis));
+    if let Some(assumed) = assumed {
+        say!("\n{assumed}");
+    }
     folder.write("diagnosis.json", &json(&folder.path().join("diagnosis.json"), &diagnosis)?)?;
     folder.write("diagnosis.html", page(&diagnosis).as_bytes())?;
     say!("wrote diagnosis.json and diagnosis.html to {}", folder.path().display());
+    terminal::result(&diagnosis)?;
     Ok(Ending::Complete)
 }
 
@@ -184,7 +188,7 @@ pub fn diagnosis_of(
     let effort = Effort { quick: arguments.quick, evaluations: arguments.max_evaluations };
     let mut say = |what: String| {
         if arguments.verbose {
-            eprintln!("{:.1} s: {what}", started.elapsed().as_secs_f64());
+            terminal::aside("text", &format!("{:.1} s: {what}", started.elapsed().as_secs_f64()));
         }
         progress.show(0, what);
     };

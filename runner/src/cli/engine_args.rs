@@ -1,19 +1,19 @@
 //! Options shared by all commands that run the FMU.
 
+use super::terminal;
 use crate::data::Measurement;
 use crate::engine::{Engine, EngineError, EngineOptions};
 use crate::inference::{Requests, Unknowns};
 use crate::pool::wiring::Names;
 use clap::Args;
 use poropunch::variables::{self, Causality, Kind, Variable};
-use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Which FMU, and how many instances of it.
-#[derive(Debug, Clone, Default, PartialEq, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Args)]
 #[command(next_help_heading = "Model")]
 pub struct EngineArguments {
     /// FMU to run (FMI 2.0 co-simulation); poropunch's own when absent
@@ -35,7 +35,6 @@ pub struct EngineArguments {
     /// FMU instances that run at a time [default: one per core]
     #[arg(long, short, value_name = "N", default_value_t = 0, hide_default_value = true,
         value_parser = super::count::jobs)]
-    #[serde(skip)]
     pub jobs: usize,
 }
 
@@ -95,7 +94,7 @@ impl EngineArguments {
 /// Tells the user what was read leniently in a file.
 pub fn show_notes(measurement: &Measurement) {
     for note in &measurement.notes {
-        eprintln!("note: {}: {note}", measurement.file.display());
+        terminal::note(&format!("{}: {note}", measurement.file.display()));
     }
 }
 

@@ -1,5 +1,6 @@
 //! How the program ends: its exit codes, and which error has which.
 
+use super::job::JobError;
 use crate::data::DataError;
 use crate::identification::SettingsError;
 use crate::inference::ParameterError;
@@ -47,9 +48,11 @@ pub fn code_of(error: &(dyn Error + 'static)) -> u8 {
             _ => DATA_REFUSED,
         };
     }
-    match error.downcast_ref::<SettingsError>() {
-        Some(SettingsError::Files(_) | SettingsError::Changed { .. }) => DATA_REFUSED,
-        Some(SettingsError::Output(_)) | None => OTHER,
+    match error.downcast_ref::<JobError>() {
+        Some(JobError::Data(_) | JobError::Changed { .. }) => DATA_REFUSED,
+        Some(JobError::Output(_)) => OTHER,
         Some(_) => USAGE,
+        None if error.is::<SettingsError>() => USAGE,
+        None => OTHER,
     }
 }

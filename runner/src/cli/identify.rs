@@ -1,18 +1,22 @@
 //! `runner identify`: measurements in, parameters and what they are worth out.
 
 use super::assumed;
-use super::assumed::wrapped_line;
 use super::engine_args::{EngineArguments, show_notes};
 use super::exit::{RefusedData, UsageError};
 use super::idle;
+use super::job::{Invocation, JobArguments};
 use super::progress::Progress;
 use super::report::{RESULT, write_views};
+use super::terminal;
 use super::{CliResult, Ending};
+use crate::data::reading::{Tare, Zero};
 use crate::data::{Measurement, Reading, Wanted, read_tests};
 use crate::engine::Engine;
 use crate::identification::profiles;
 use crate::identification::report::{Context, report};
-use crate::identification::{FitSettings, JacobianSource, Settings, identify};
+use crate::identification::{
+    Corrected, FitSettings, JacobianSource, Nuisances, identify, identify_with_zeros,
+};
 use crate::inference::posterior::SamplePlan;
 use crate::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use crate::inference::{Requests, Setup, Unknowns};
@@ -23,15 +27,13 @@ use crate::setting::settings_from;
 use clap::Args;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Identify material parameters from measurements.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// Measurements to fit: CSV files with time_s,displacement_mm,force_mN; or a directory with one file per
     /// specimen of a test; or NAME=FILE,FILE,... (see the README)
-    #[arg(value_name = "MEASUREMENT", required_unless_present = "resume")]
+    #[arg(value_name = "MEASUREMENT", required_unless_present_any = ["resume", "job"])]
     measurements: Vec<PathBuf>,
     /// Measurements to predict with the fitted parameters, not to fit
     #[arg(long, value_name = "MEASUREMENT", num_args = 1..)]
@@ -51,33 +53,42 @@ pub struct Arguments {
     fit: FitSettings,
     #[command(flatten)]
     engine: EngineArguments,
+    #[command(flatten)]
+    job: JobArguments,
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let started = std::time::Instant::now();
-    let settings = settings(arguments)?;
-    let engine_arguments = EngineArguments { jobs: arguments.engine.jobs, ..settings.engine.clone() };
+    let fit = &arguments.fit;
     let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
-    let derivatives = settings.fit.jacobian != JacobianSource::Fd;
-    let engine = engine_arguments.engine(&RECORDED.map(str::to_owned), derivatives, Some(cache), stop)?;
-    let (weights, plan) = (settings.fit.weights()?, settings.fit.plan()?);
-    let height = sample_height(&engine, &settings.engine)?;
-    let sources = settings.measurements.iter().chain(&settings.validation);
-    let files: Vec<PathBuf> = sources.map(|s| s.file.clone()).collect();
-    let mut fitted = observations(&files, height, &settings.reading)?;
-    let validation = fitted.split_off(settings.measurements.len());
+    let derivatives = fit.jacobian != JacobianSource::Fd;
+    let recorded = RECORDED.map(str::to_owned);
+    let engine = arguments.engine.engine(&recorded, derivatives, Some(cache), &call.stop)?;
+    let (weights, plan) = (fit.weights()?, fit.plan()?);
+    let nuisances = Nuisances {
+        zero: arguments.reading.zero == Some(Zero::Fit),
+        tare: arguments.reading.tare == Some(Tare::Fit),
+    };
+    if let (Some(option), Uncertainty::None) = (arguments.reading.fitted(), weights.uncertainty) {
+        let why = format!("{option} needs to know the noise, and --noise none says that nothing is known");
+        return Err(UsageError(format!("{why}; leave one of the two out")).into());
+    }
+    let height = sample_height(&engine, &arguments.engine)?;
+    let files = [arguments.measurements.as_slice(), &arguments.validate].concat();
+    let mut fitted = observations(&files, height, &arguments.reading)?;
+    let validation = fitted.split_off(arguments.measurements.len());
     let doubts: Vec<String> = fitted.iter().flat_map(|o| o.measurement.doubts()).collect();
-    let mut requests = settings.requests();
+    let mut requests = fit.requests(arguments.engine.settings());
     let start = start(&engine, &fitted, &requests, 0..=MOST_BRANCHES)?;
     if let Some((start, mentioned)) = &start {
         requests.defaults = start.defaults(*mentioned);
     }
     let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
-    idle::check(&settings.fit, &unknowns, &fitted)?;
+    idle::check(fit, &unknowns, &fitted)?;
     check(&fitted, &weights)?;
     check(&validation, &weights)?;
-    if let Some(name) = profiles::unknown(&unknowns, &settings.fit.profile) {
+    if let Some(name) = profiles::unknown(&unknowns, &fit.profile) {
         let known = profiles::names(&unknowns).join(", ");
         return Err(UsageError(format!(
             "--profile {name}: no such value; there are {known}, or the parameters' full names"
@@ -85,18 +96,16 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         .into());
     }
     check_points(&fitted, &weights, &unknowns)?;
-    if settings.fit.jacobian == JacobianSource::Sensitivity {
+    if fit.jacobian == JacobianSource::Sensitivity {
         check_derivatives(&engine, &unknowns)?;
     }
     let names: Vec<&str> = unknowns.free().iter().map(|p| p.name.as_str()).collect();
-    for line in assumed::lines(&engine, unknowns.fixed(), &names) {
-        say!("{line}");
-    }
+    let assumed = assumed::say_before(&assumed::of(&engine, unknowns.fixed(), &names));
     for doubt in &doubts {
         say!("warning: {doubt}");
     }
     match &start {
-        Some((start, _)) => say!("{}", wrapped_line("start from the data: ", &start.in_words())),
+        Some((start, _)) => say!("start from the data: {}", start.in_words()),
         None if engine.is_own() => {
             say!("warning: the data do not tell where to start: Table 1's values and bounds are taken");
         }
@@ -104,53 +113,58 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     }
     let take = if arguments.resume { Folder::resume } else { Folder::begin };
     let folder = take(&arguments.out, "identify")?;
-    settings.save(&folder)?;
+    call.keep(&folder)?;
 
     let progress = Progress::of_fit((plan.evaluations * plan.starts) as u64);
     let mut observe = |start: usize, record: &crate::fit::IterationRecord| {
         let done = start * plan.evaluations + record.evaluations;
         let runs = engine.cache().statistics().runs;
         let chi = record.chi_square;
-        progress.show(
-            done as u64,
-            format!(
-                "start {}/{}, iteration {}: chi^2 = {chi:.4}, {runs} runs",
-                start + 1,
-                plan.starts,
-                record.iteration
-            ),
-        );
+        let (start, iteration) = (start + 1, record.iteration);
+        let text =
+            format!("start {start}/{}, iteration {iteration}: chi^2 = {chi:.4}, {runs} runs", plan.starts);
+        let numbers = serde_json::json!({ "start": start, "starts": plan.starts, "iteration": iteration,
+            "chi_square": chi, "evaluations": done, "runs": runs });
+        progress.show_fit(done as u64, text, numbers);
     };
-    let setup = Setup { step: settings.fit.fd_step, ..Setup::new(&engine, &fitted, &unknowns) };
-    let found = identify(setup, &weights, &plan, settings.fit.robust, &mut observe);
+    let setup = Setup { step: fit.fd_step, ..Setup::new(&engine, &fitted, &unknowns) };
+    let found = if nuisances == Nuisances::default() {
+        let identification = identify(setup, &weights, &plan, fit.robust, &mut observe);
+        identification.map(|identification| Corrected { identification, observations: vec![], rows: vec![] })
+    } else {
+        identify_with_zeros(setup, nuisances, &weights, &plan, fit.robust, &mut observe)
+    };
     progress.finish();
-    let found = found?;
+    let Corrected { identification: found, observations: moved, rows } = found?;
+    let setup = if moved.is_empty() { setup } else { Setup { observations: &moved, ..setup } };
     let context = Context {
         setup,
         validation: &validation,
         weights: &weights,
-        profile: &settings.fit.profile,
-        posterior: settings
-            .fit
-            .posterior
-            .then(|| SamplePlan { seed: settings.fit.seed, ..SamplePlan::default() }),
+        profile: &fit.profile,
+        posterior: fit.posterior.then(|| SamplePlan { seed: fit.seed, ..SamplePlan::default() }),
         evaluations: plan.evaluations,
-        command: std::env::args().collect::<Vec<_>>().join(" "),
-        settings: kept_settings(&settings, start.as_ref().map(|s| &s.0)),
+        command: call.command(),
+        settings: kept_settings(arguments, start.as_ref().map(|s| &s.0)),
+        nuisances: rows,
         seconds: started.elapsed().as_secs_f64(),
     };
     let (mut report, missing) = report(&context, &found)?;
     report.verdict.warnings.splice(0..0, doubts);
     write_views(&report, &folder)?;
+    if let Some(assumed) = assumed {
+        say!("{assumed}");
+    }
     folder.write(RESULT, &json(&folder.path().join(RESULT), &report)?)?;
     for reason in missing {
-        eprintln!("warning: {reason}");
+        terminal::warning(&reason);
     }
     if let Some(trouble) = engine.cache().trouble() {
-        eprintln!(
-            "warning: runs could not be kept in the cache ({trouble}); results are complete, but --resume would repeat them"
-        );
+        terminal::warning(&format!(
+            "runs could not be kept in the cache ({trouble}); results are complete, but --resume would repeat them"
+        ));
     }
+    terminal::result(&report)?;
     Ok(match (engine.is_stopped(), report.fit.stop.converged()) {
         (true, _) => Ending::Interrupted,
         (false, true) => Ending::Complete,
@@ -160,28 +174,6 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
 
 /// Outputs wanted beside the force.
 const RECORDED: [&str; 2] = ["force_solid", "force_fluid"];
-
-/// New settings, or those that the work began with.
-fn settings(arguments: &Arguments) -> Result<Settings, Box<dyn std::error::Error>> {
-    let asked = || {
-        Settings::new(
-            &arguments.measurements,
-            &arguments.validate,
-            &arguments.engine,
-            &arguments.fit,
-            &arguments.reading,
-        )
-    };
-    if !arguments.resume {
-        return Ok(asked()?);
-    }
-    let begun = Settings::load(&arguments.out)?;
-    // `--resume --out DIR` alone means: as before.
-    if !arguments.measurements.is_empty() {
-        begun.check_same(&asked()?)?;
-    }
-    Ok(begun)
-}
 
 /// Where the data say that the fit starts, with so many branches, and what the user said of it; poropunch's own FMU only.
 pub(super) fn start(
@@ -272,8 +264,8 @@ fn check_derivatives(engine: &Engine, unknowns: &Unknowns) -> Result<(), String>
 }
 
 /// What a reader of the report needs to repeat the fit.
-fn kept_settings(settings: &Settings, start: Option<&Start>) -> Vec<Setting> {
-    let fit = &settings.fit;
+fn kept_settings(arguments: &Arguments, start: Option<&Start>) -> Vec<Setting> {
+    let fit = &arguments.fit;
     let mut kept = vec![
         ("starts", fit.starts.to_string()),
         ("seed", fit.seed.to_string()),
@@ -281,7 +273,7 @@ fn kept_settings(settings: &Settings, start: Option<&Start>) -> Vec<Setting> {
         ("finite-difference step", fit.fd_step.to_string()),
     ];
     kept.extend(start.map(|s| ("start from the data", s.in_words())));
-    kept.extend(settings.engine.settings().into_iter().map(|s| ("set", s)));
+    kept.extend(arguments.engine.settings().into_iter().map(|s| ("set", s)));
     kept.extend(fit.weight.iter().map(|w| ("weight", w.clone())));
     kept.into_iter().map(|(name, value)| Setting { name: name.to_owned(), value }).collect()
 }

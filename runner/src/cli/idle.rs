@@ -1,6 +1,7 @@
 //! Options that would act on nothing are refused: whoever gives one believes in an effect that it does not have.
 
 use super::exit::UsageError;
+use crate::data::Reading;
 use crate::identification::FitSettings;
 use crate::inference::Unknowns;
 use crate::noise::Observation;
@@ -28,6 +29,18 @@ pub fn check(fit: &FitSettings, parameters: &Unknowns, fitted: &[Observation]) -
         ));
     }
     Ok(())
+}
+
+/// `--zero fit` and `--tare fit` of a command that does not fit them.
+///
+/// # Errors
+/// Names the option, and what to give instead.
+pub fn nothing_fitted(reading: &Reading, command: &str) -> Result<(), UsageError> {
+    let Some(option) = reading.fitted() else { return Ok(()) };
+    let instead = if option.starts_with("--zero") { "--zero contact" } else { "--tare off-contact" };
+    Err(UsageError(format!(
+        "{option}: `{command}` fits no zeros, `identify` does; give {instead} or a value"
+    )))
 }
 
 /// `--bounds` and `--start` of parameters that are not fitted.

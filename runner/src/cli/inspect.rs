@@ -1,6 +1,9 @@
 //! `runner inspect`: measurements in, what they say without a model out.
 
 use super::exit::UsageError;
+use super::idle::nothing_fitted;
+use super::job::{Invocation, JobArguments};
+use super::terminal;
 use super::{CliResult, Ending};
 use crate::data::{Reading, Wanted, read_tests};
 use crate::inspection::{
@@ -15,7 +18,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// CSV file; or a directory with one file per specimen of a test; or NAME=FILE,FILE,... (* in quotes)
-    #[arg(value_name = "MEASUREMENT", required = true)]
+    #[arg(value_name = "MEASUREMENT", required_unless_present = "job")]
     measurements: Vec<PathBuf>,
     /// Directory for inspection.json, cycles.csv, phases.csv and inspection.html; none are written without it
     #[arg(long, short, value_name = "DIR")]
@@ -27,6 +30,8 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten)]
     water: WaterArguments,
+    #[command(flatten)]
+    job: JobArguments,
 }
 
 /// What gives the volume fraction of solid.
@@ -64,7 +69,8 @@ impl WaterArguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> CliResult {
+pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
+    nothing_fitted(&arguments.reading, "inspect")?;
     let threshold_mn = arguments.contact_threshold_mn;
     if threshold_mn.is_nan() || threshold_mn <= 0.0 {
         return Err(UsageError(format!("--contact-threshold-mn {threshold_mn}: must be positive")).into());
@@ -72,7 +78,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let options = Options {
         contact_threshold_n: threshold_mn * 1e-3,
         water: arguments.water.content()?,
-        command: std::env::args().collect::<Vec<_>>().join(" "),
+        command: call.command(),
     };
     let tests = read_tests(&arguments.measurements, Wanted::MotionAndForce, &arguments.reading)?;
     for doubt in tests.iter().flat_map(|t| t.measurement.doubts()) {
@@ -80,8 +86,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let inspection = examine(&tests, &options)?;
     say!("{}", table(&inspection));
+    terminal::result(&inspection)?;
     let Some(directory) = &arguments.out else { return Ok(Ending::Complete) };
     let folder = Folder::begin(directory, "inspect")?;
+    call.keep(&folder)?;
     let views = [
         ("inspection.json", json(&directory.join("inspection.json"), &inspection)?),
         ("cycles.csv", cycles_csv(&inspection).into_bytes()),

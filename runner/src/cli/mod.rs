@@ -1,11 +1,8 @@
 //! The command line.
 
-/// Prints a line; a reader that has gone away (`| head`) is no reason to fail.
+/// Says a text of the result.
 macro_rules! say {
-    ($($part:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), $($part)*);
-    }};
+    ($($part:tt)*) => { $crate::cli::terminal::text(&format!($($part)*)) };
 }
 
 mod assumed;
@@ -19,16 +16,20 @@ mod fields;
 mod identify;
 mod idle;
 mod inspect;
-mod kept_command;
+pub mod job;
+mod manual;
 mod package;
 mod parameter_sets;
 mod plots;
 mod progress;
 mod protocols;
 mod report;
+mod schemas;
 mod simulate;
+pub(crate) mod terminal;
 mod validate;
 
+use self::job::{Expanded, Invocation, JobError};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -50,8 +51,10 @@ enum Ending {
 
 /// Nonlinear poro-viscoelastic indentation: simulate it, identify its material parameters.
 #[derive(Debug, Parser)]
-#[command(version, propagate_version = true, max_term_width = 110, after_help = exit::HELP)]
+#[command(name = "runner", version, propagate_version = true, max_term_width = 80, after_help = exit::HELP)]
 struct Cli {
+    #[command(flatten)]
+    speech: terminal::Speech,
     #[command(subcommand)]
     command: Command,
 }
@@ -76,58 +79,91 @@ enum Command {
     Report(report::Arguments),
     /// Write the FMU archive, and check it.
     Package(package::Arguments),
+    /// Print a script that completes the command line in a shell.
+    Completions(manual::Completions),
+    /// Write manual pages.
+    Man(manual::Man),
+    /// Print the JSON schema of a result or of a job file.
+    Schema(schemas::Arguments),
+}
+
+/// The program's commands and options.
+pub(crate) fn program() -> clap::Command {
+    // The list of parameters comes from the variable table, so it is added when the program runs.
+    let help = format!("{}\n\n{}", engine_args::parameter_help(), exit::HELP);
+    let mut command = Cli::command();
+    for name in ["simulate", "identify", "diagnose", "validate", "batch"] {
+        command = command.mut_subcommand(name, |c| c.after_long_help(help.clone()));
+    }
+    // Builds the options that all commands share into each of them.
+    command.build();
+    command
 }
 
 /// Runs the command line; what the program's `main` returns.
 pub fn main() -> ExitCode {
-    // The list of parameters comes from the variable table, so it is added when the program runs.
-    let help = engine_args::parameter_help();
-    let mut command = Cli::command();
-    for name in ["simulate", "identify", "diagnose", "validate", "batch"] {
-        let help = format!("{help}\n\n{}", exit::HELP);
-        command = command.mut_subcommand(name, |c| c.after_long_help(help));
-    }
     // Names go into reports, JSON and the FMU, which are UTF-8.
     if let Some(bad) = std::env::args_os().find(|a| a.to_str().is_none()) {
-        eprintln!(
-            "error: the argument `{}` is not UTF-8; rename the file or directory",
-            bad.to_string_lossy()
-        );
+        let bad = bad.to_string_lossy();
+        terminal::error(&format!("the argument `{bad}` is not UTF-8; rename the file or directory"));
         return ExitCode::from(exit::USAGE);
     }
-    let cli = match Cli::from_arg_matches(&command.get_matches()) {
-        Ok(cli) => cli,
-        Err(error) => error.exit(),
+    match parsed() {
+        Ok((cli, call)) => ended(run(&cli, &call), &call),
+        Err(error) => {
+            terminal::error(&error.to_string());
+            ExitCode::from(exit::code_of(&error))
+        }
+    }
+}
+
+/// What the command line and its job file ask for; does not return where they ask for help or clap refuses them.
+fn parsed() -> Result<(Cli, Invocation), JobError> {
+    let program = program();
+    let expanded = Expanded::new(&program, std::env::args().collect())?;
+    let matches = match program.clone().try_get_matches_from(&expanded.words) {
+        Ok(matches) => matches,
+        Err(error) => return Err(expanded.explained(&error).unwrap_or_else(|| error.exit())),
     };
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    terminal::choose(cli.speech);
     let stop = Arc::new(AtomicBool::new(false));
     stop_on_ctrl_c(&stop);
-    let result = match &cli.command {
-        Command::Simulate(arguments) => simulate::run(arguments, &stop),
-        Command::Inspect(arguments) => inspect::run(arguments),
-        Command::Identify(arguments) => identify::run(arguments, &stop),
-        Command::Diagnose(arguments) => diagnose::run(arguments, &stop),
-        Command::Challenge(arguments) => challenge::run(arguments, &stop),
-        Command::Validate(arguments) => validate::run(arguments, &stop),
-        Command::Batch(arguments) => batch::run(arguments, &stop),
+    let call = expanded.invocation(&program, &matches, stop)?;
+    Ok((cli, call))
+}
+
+fn run(cli: &Cli, call: &Invocation) -> CliResult {
+    if let Some(unused) = call.unused() {
+        terminal::note(&unused);
+    }
+    match &cli.command {
+        Command::Simulate(arguments) => simulate::run(arguments, call),
+        Command::Inspect(arguments) => inspect::run(arguments, call),
+        Command::Identify(arguments) => identify::run(arguments, call),
+        Command::Diagnose(arguments) => diagnose::run(arguments, call),
+        Command::Challenge(arguments) => challenge::run(arguments, &call.stop),
+        Command::Validate(arguments) => validate::run(arguments, call),
+        Command::Batch(arguments) => batch::run(arguments, call),
         Command::Report(arguments) => report::run(arguments),
         Command::Package(arguments) => package::run(arguments),
-    };
+        Command::Completions(arguments) => manual::completions(arguments),
+        Command::Man(arguments) => manual::man(arguments),
+        Command::Schema(arguments) => schemas::run(arguments),
+    }
+}
+
+fn ended(result: CliResult, call: &Invocation) -> ExitCode {
     match result {
         Ok(Ending::Complete) => ExitCode::SUCCESS,
         Ok(Ending::NotConverged) => ExitCode::from(exit::NOT_CONVERGED),
         Ok(Ending::Interrupted) => ExitCode::from(exit::STOPPED),
         Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(exit::code_of(error.as_ref()))
+            let code = exit::code_of(error.as_ref());
+            let located = (code == exit::USAGE).then(|| call.located(error.as_ref())).flatten();
+            terminal::error(&located.map_or_else(|| error.to_string(), |e| e.to_string()));
+            ExitCode::from(code)
         }
-    }
-}
-
-/// Arguments of a diagnosis in a command line that was kept.
-fn diagnose_arguments(words: &[String]) -> Option<Box<diagnose::Arguments>> {
-    match Cli::try_parse_from(words).ok()?.command {
-        Command::Diagnose(arguments) => Some(arguments),
-        _ => None,
     }
 }
 
@@ -138,7 +174,7 @@ fn stop_on_ctrl_c(stop: &Arc<AtomicBool>) {
         if stop.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
         }
-        eprintln!("stopping; what is done is kept (press Ctrl-C again to end at once)");
+        terminal::aside("stopping", "stopping; what is done is kept (press Ctrl-C again to end at once)");
     };
     // Without a handler Ctrl-C ends the program at once, which the run cache survives too.
     let _ = ctrlc::set_handler(handler);

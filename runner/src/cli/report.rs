@@ -1,5 +1,6 @@
 //! `runner report`: the views of an earlier identification again.
 
+use super::terminal;
 use super::{CliResult, Ending};
 use crate::output::{Folder, json, protect};
 use crate::report::{FitReport, SCHEMA, curves_csv, page, parameters_csv, posterior_csv, table};
@@ -35,6 +36,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         folder.write(RESULT, &json(&folder.path().join(RESULT), &report)?)?;
     }
     write_views(&report, &folder)?;
+    terminal::result(&report)?;
     Ok(Ending::Complete)
 }
 

@@ -3,25 +3,29 @@
 use super::assumed;
 use super::engine_args::EngineArguments;
 use super::fields::FieldArguments;
+use super::idle::nothing_fitted;
+use super::job::{Invocation, JobArguments};
 use super::plots::force_plot;
 use super::protocols::motion;
+use super::terminal;
 use super::{CliResult, Ending};
+use crate::assumption::Assumption;
 use crate::data::Reading;
 use crate::output::{curve_csv, mark_written, write_file};
 use crate::pool::wiring::{Names, asks_for};
-use crate::pool::{Job, Priority, RunFailure};
+use crate::pool::{ForceCurve, Job, Priority, RunFailure};
 use crate::setting::settings_from;
-use clap::Args;
+use clap::{Args, ValueHint};
 use poropunch::variables::sensitivities;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Compute the force of a protocol or of a measured motion.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// P1 or P2 (the paper's first cycle, to the end of the hold), or a CSV file with time_s,displacement_mm
-    #[arg(value_name = "PROTOCOL|FILE")]
+    #[arg(value_name = "PROTOCOL|FILE", value_hint = ValueHint::FilePath)]
     motion: String,
     /// Where to write: PATH.csv and PATH.svg [default: the protocol's name]
     #[arg(long, short, value_name = "PATH")]
@@ -42,10 +46,67 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten)]
     engine: EngineArguments,
+    #[command(flatten)]
+    job: JobArguments,
+}
+
+/// A force curve: what `--json` prints. All series have the length of `time_s`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Simulation {
+    /// `poropunch.simulation/1`.
+    pub schema: String,
+    /// Command that was given.
+    pub command: String,
+    /// Name and identification of the model.
+    pub model: String,
+    /// Name of the motion.
+    pub motion: String,
+    /// What it rests on: every parameter, given or assumed.
+    pub assumptions: Vec<Assumption>,
+    /// Times (s).
+    pub time_s: Vec<f64>,
+    /// Displacement of the punch, positive into the sample (mm).
+    pub displacement_mm: Vec<f64>,
+    /// Outputs by their names, SI units; the first is the force (N).
+    pub outputs: Vec<Series>,
+}
+
+/// One output over time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Series {
+    /// Name of the output.
+    pub name: String,
+    /// Its values, SI units.
+    pub values: Vec<f64>,
+}
+
+impl Simulation {
+    fn of(
+        motion: &str,
+        curve: &ForceCurve,
+        assumptions: Vec<Assumption>,
+        model: &str,
+        command: String,
+    ) -> Self {
+        let series =
+            |(name, values): (&String, &Vec<f64>)| Series { name: name.clone(), values: values.clone() };
+        Self {
+            schema: "poropunch.simulation/1".to_owned(),
+            command,
+            model: model.to_owned(),
+            motion: motion.to_owned(),
+            assumptions,
+            time_s: curve.time_s.clone(),
+            displacement_mm: curve.displacement_m.iter().map(|d| d * 1e3).collect(),
+            outputs: curve.names.iter().zip(&curve.values).map(series).collect(),
+        }
+    }
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
+    nothing_fitted(&arguments.reading, "simulate")?;
+    let stop = &call.stop;
     let motion = motion(&arguments.motion, arguments.cycles, arguments.points, &arguments.reading)?;
     let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };
     let pvd = arguments.fields.pvd(&motion.name);
@@ -69,9 +130,10 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     if engine.wiring().outputs.iter().any(|p| p.name.starts_with(sensitivities::PREFIX)) {
         parameters.entry(sensitivities::SWITCH.to_owned()).or_insert(1.0);
     }
-    for line in assumed::lines(&engine, &parameters, &[]) {
-        say!("{line}");
-    }
+    let assumptions = assumed::of(&engine, &parameters, &[]);
+    let assumed = assumed::say_before(&assumptions);
+    let base = arguments.out.clone().unwrap_or_else(|| PathBuf::from(&motion.name));
+    call.keep_as(&with_suffix(&base, "toml"))?;
     let job = Job { parameters, protocol: motion.protocol, time_s: motion.time_s };
     let ended = engine.submit(&job, Priority::Urgent).wait();
     if let Some(pvd) = pvd.as_deref().filter(|pvd| pvd.is_file()) {
@@ -83,7 +145,6 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         Err(failure) => return Err(format!("the simulation failed: {failure}").into()),
     };
 
-    let base = arguments.out.clone().unwrap_or_else(|| PathBuf::from(&motion.name));
     let (csv, svg) = (with_suffix(&base, "csv"), with_suffix(&base, "svg"));
     let settings = arguments.engine.settings().join(" ");
     let comment = format!("{} simulated by {} {}", motion.name, engine.model_name(), settings);
@@ -97,6 +158,16 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     if let Some(pvd) = pvd {
         say!("wrote the fields to {}: open it in ParaView", pvd.display());
     }
+    if let Some(assumed) = assumed {
+        say!("{assumed}");
+    }
+    terminal::result(&Simulation::of(
+        &motion.name,
+        &curve,
+        assumptions,
+        engine.model_name(),
+        call.command(),
+    ))?;
     Ok(Ending::Complete)
 }
 

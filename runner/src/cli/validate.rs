@@ -3,24 +3,29 @@
 use super::assumed;
 use super::engine_args::EngineArguments;
 use super::identify::{observations, sample_height};
+use super::idle::nothing_fitted;
+use super::job::{Invocation, JobArguments};
+use super::terminal;
 use super::{CliResult, Ending};
+use crate::assumption::Assumption;
 use crate::data::Reading;
 use crate::identification::curves;
 use crate::noise::{Uncertainty, Weights, noise_model};
 use crate::output::{Folder, curve_csv};
+use crate::report::Pair;
 use crate::score::Score;
 use crate::setting::settings_from;
 use clap::Args;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Score given parameters against measurements, without fitting.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// Measurements: CSV files with time_s,displacement_mm,force_mN; or a directory with one file per specimen of
     /// a test; or NAME=FILE,FILE,...
-    #[arg(value_name = "MEASUREMENT", required = true)]
+    #[arg(value_name = "MEASUREMENT", required_unless_present = "job")]
     measurements: Vec<PathBuf>,
     /// Which uncertainty weighs the points; none is the plain chi^2 of Eq. 16
     #[arg(long, value_enum, default_value_t)]
@@ -35,22 +40,93 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten)]
     engine: EngineArguments,
+    #[command(flatten)]
+    job: JobArguments,
+}
+
+/// How given parameters meet measurements: what `--json` prints.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Validation {
+    /// `poropunch.validation/1`.
+    pub schema: String,
+    /// Command that was given.
+    pub command: String,
+    /// Name and identification of the model.
+    pub model: String,
+    /// What it rests on: every parameter, given or assumed.
+    pub assumptions: Vec<Assumption>,
+    /// Each measurement whose run did not fail.
+    pub tests: Vec<ValidatedTest>,
+    /// Why runs failed.
+    pub failures: Vec<String>,
+}
+
+/// One measurement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ValidatedTest {
+    /// Its name.
+    pub name: String,
+    /// Number of points.
+    pub points: usize,
+    /// Sum of squared differences over the noise.
+    pub chi_square: f64,
+    /// Root mean square of the difference (mN).
+    pub rms_mn: f64,
+    /// Peak force (mN).
+    pub peak_mn: Pair,
+    /// Relaxation, (peak - end) / peak (%); absent where there is no peak.
+    pub relaxation_percent: Option<Pair>,
+    /// What the noise is taken to be, in words.
+    pub noise: Vec<String>,
+}
+
+impl ValidatedTest {
+    fn of(name: &str, s: &Score, noise: Vec<String>) -> Self {
+        let (measured, model) = (s.measured.relaxation * 100.0, s.model.relaxation * 100.0);
+        let is_known = measured.is_finite() && model.is_finite();
+        Self {
+            name: name.to_owned(),
+            points: s.points,
+            chi_square: s.chi_square,
+            rms_mn: s.rms_n * 1e3,
+            peak_mn: Pair { measured: s.measured.peak_n * 1e3, model: s.model.peak_n * 1e3 },
+            relaxation_percent: is_known.then_some(Pair { measured, model }),
+            noise,
+        }
+    }
+
+    fn say(&self) {
+        let relaxation = self
+            .relaxation_percent
+            .map_or_else(|| "-".to_owned(), |r| format!("{:.1} ({:.1})", r.model, r.measured));
+        let per_point = self.chi_square / self.points as f64;
+        let peak = format!("{:.3} ({:.3})", self.peak_mn.model, self.peak_mn.measured);
+        say!(
+            "{:16} {:6}  {per_point:11.3}  {:6.4}  {peak:>18}  {relaxation:>12}",
+            self.name,
+            self.points,
+            self.rms_mn
+        );
+        self.noise.iter().for_each(|n| say!("  {n}"));
+    }
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
+    nothing_fitted(&arguments.reading, "validate")?;
     let recorded = ["force_solid", "force_fluid"].map(str::to_owned);
-    let engine = arguments.engine.engine(&recorded, false, None, stop)?;
+    let engine = arguments.engine.engine(&recorded, false, None, &call.stop)?;
     let values = settings_from(engine.wiring(), &arguments.engine.settings())?;
     let weights =
         Weights { uncertainty: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
     let height = sample_height(&engine, &arguments.engine)?;
     let tests = observations(&arguments.measurements, height, &arguments.reading)?;
-    for line in assumed::lines(&engine, &values, &[]) {
-        say!("{line}");
-    }
+    let assumptions = assumed::of(&engine, &values, &[]);
+    let assumed = assumed::say_before(&assumptions);
     let folder = arguments.out.as_ref().map(|d| Folder::begin(d, "validate")).transpose()?;
-    say!("measurement  points  chi^2/point  rms [mN]  peak [mN] (measured)  relaxation [%] (measured)");
+    say!("                                             peak, mN           relaxation, %");
+    say!("measurement      points  chi^2/point  rms, mN  model (measured)  model (measured)");
+    let mut validated = Vec::new();
     let mut failures = Vec::new();
     for (test, curve) in tests.iter().zip(curves(&engine, &tests, &values, false)) {
         let name = test.name();
@@ -65,21 +141,30 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
         let force_mn: Vec<f64> = curve.force_n().iter().map(|f| f * 1e3).collect();
         let noise = noise_model(std::slice::from_ref(test), &force_mn, vec![], &weights)?;
         let s = Score::of(test, &curve, &noise.covariance);
-        say!(
-            "{name:11}  {:6}  {:11.3}  {:8.4}  {:9.3} ({:8.3})  {:14.1} ({:8.1})",
-            s.points,
-            s.chi_square / s.points as f64,
-            s.rms_n * 1e3,
-            s.model.peak_n * 1e3,
-            s.measured.peak_n * 1e3,
-            s.model.relaxation * 100.0,
-            s.measured.relaxation * 100.0
-        );
-        noise.tests.iter().for_each(|t| say!("  {}", t.description));
+        let told = noise.tests.iter().map(|t| t.description.clone()).collect();
+        let found = ValidatedTest::of(name, &s, told);
+        found.say();
+        validated.push(found);
         if let Some(folder) = &folder {
             let text = curve_csv(&curve, &[format!("model at the times of {name}")]);
             folder.write(&format!("{name}.csv"), text.as_bytes())?;
         }
     }
+    if let Some(folder) = &folder {
+        call.keep(folder)?;
+    }
+    if let Some(assumed) = assumed {
+        say!("{assumed}");
+    }
+    let validation = Validation {
+        schema: "poropunch.validation/1".to_owned(),
+        command: call.command(),
+        model: engine.model_name().to_owned(),
+        assumptions,
+        tests: validated,
+        failures,
+    };
+    terminal::result(&validation)?;
+    let failures = &validation.failures;
     if failures.is_empty() { Ok(Ending::Complete) } else { Err(failures.join("\n").into()) }
 }

@@ -116,6 +116,8 @@ fn tare(
         Some(Tare::None) => return,
         Some(Tare::First) => m.force_n.first().copied(),
         Some(Tare::At(value)) => Some(if flipped { -value } else { value }),
+        // Where nothing stands before contact, the fit alone finds it.
+        Some(Tare::Fit) => onset.filter(|o| o.samples >= FEWEST).map(|o| o.base_n),
         Some(Tare::OffContact) => {
             let base = onset.filter(|o| o.samples >= 1).map(|o| o.base_n);
             if base.is_none() {
@@ -167,7 +169,7 @@ fn zero(
     let surface = match reading.zero {
         Some(Zero::First) => Some(first),
         Some(Zero::At(value)) => Some(if flipped { -value } else { value }),
-        Some(Zero::Contact) => {
+        Some(Zero::Contact | Zero::Fit) => {
             if onset.is_none() {
                 questions.push(Question {
                     what: "the force does not rise out of its noise, so there is no contact".to_owned(),

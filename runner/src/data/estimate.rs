@@ -1,9 +1,10 @@
 //! Values with their uncertainty, and the order statistics that a table of specimens needs.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A value and its standard uncertainty, in the same unit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Estimate {
     /// Best value.
     pub value: f64,
@@ -20,7 +21,7 @@ impl Estimate {
 }
 
 /// Median and quartiles of the specimens; all three the same for a single one.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Quartiles {
     /// Median.
     pub median: f64,

@@ -3,10 +3,11 @@
 use super::cycle::cycles_of;
 use super::measurement::Measurement;
 use super::motion::motion;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What the punch is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
     /// Above the surface, before a loading.

@@ -4,40 +4,35 @@ use super::header::Quantity;
 use super::number::DecimalMark;
 use crate::units::{Dimension, Unit, parse_quantity};
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
 /// How measurement files are to be read, where they do not say it themselves.
-#[derive(Debug, Clone, Default, PartialEq, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Args)]
 #[command(next_help_heading = "Reading the files")]
 pub struct Reading {
     /// Column of time, displacement or force, by its name or number, with its unit where the file has none, e.g.
     /// force=Fz:N, time=1:s, time=Clock:h:m:s (repeatable)
     #[arg(long = "column", value_name = "QUANTITY=NAME[:UNIT]")]
-    #[serde(default)]
     pub columns: Vec<ColumnChoice>,
     /// Reverse signs: displacement is positive into the sample, force positive when it is pressed [bare: both]
     #[arg(long, value_enum, value_name = "QUANTITY", num_args = 0..=1, require_equals = true,
         default_missing_value = "both")]
-    #[serde(default)]
     pub flip: Option<Flip>,
-    /// Where the sample's surface is: contact (where the force begins to rise), first (the first sample), or a value in
-    /// the file's coordinate, e.g. 12.34mm
-    #[arg(long, value_name = "contact|first|VALUE", allow_hyphen_values = true)]
-    #[serde(default)]
+    /// Where the sample's surface is: contact (where the force begins to rise), first (the first sample), fit (unknown,
+    /// found by `identify` with the rest), or a value in the file's coordinate, e.g. 12.34mm
+    #[arg(long, value_name = "contact|first|fit|VALUE", allow_hyphen_values = true)]
     pub zero: Option<Zero>,
-    /// What the load cell reads without load: off-contact (the mean before contact), first, none, or a value, e.g. 1.2mN
-    #[arg(long, value_name = "off-contact|first|none|VALUE", allow_hyphen_values = true)]
-    #[serde(default)]
+    /// What the load cell reads without load: off-contact (the mean before contact), first, none, fit (unknown, found by
+    /// `identify` with the rest), or a value, e.g. 1.2mN
+    #[arg(long, value_name = "off-contact|first|none|fit|VALUE", allow_hyphen_values = true)]
     pub tare: Option<Tare>,
     /// The decimal mark, where `1,234` may be either
     #[arg(long, value_enum, value_name = "MARK")]
-    #[serde(default)]
     pub decimal: Option<DecimalMark>,
 }
 
 /// A column that the user names.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ColumnChoice {
     /// What it holds.
     pub quantity: Quantity,
@@ -48,7 +43,7 @@ pub struct ColumnChoice {
 }
 
 /// Which signs are reversed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Flip {
     /// That of the displacement.
     Displacement,
@@ -61,18 +56,20 @@ pub enum Flip {
 }
 
 /// The surface.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Zero {
     /// Where the force begins to rise.
     Contact,
     /// Where the file begins.
     First,
+    /// An unknown of the fit, sought around where the force begins to rise.
+    Fit,
     /// At this displacement (m), in the file's coordinate.
     At(f64),
 }
 
 /// The load cell's zero.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tare {
     /// The mean before contact.
     OffContact,
@@ -80,8 +77,21 @@ pub enum Tare {
     First,
     /// Nothing is taken off.
     None,
+    /// An unknown of the fit, sought around the mean before contact.
+    Fit,
     /// This force (N), in the file's sign.
     At(f64),
+}
+
+impl Reading {
+    /// The option that asks for an unknown of a fit, where there is one.
+    pub fn fitted(&self) -> Option<&'static str> {
+        match (self.zero, self.tare) {
+            (Some(Zero::Fit), _) => Some("--zero fit"),
+            (_, Some(Tare::Fit)) => Some("--tare fit"),
+            _ => None,
+        }
+    }
 }
 
 impl FromStr for ColumnChoice {
@@ -120,6 +130,7 @@ impl FromStr for Zero {
         match text {
             "contact" => Ok(Self::Contact),
             "first" => Ok(Self::First),
+            "fit" => Ok(Self::Fit),
             value => with_unit(value, Dimension::Length, "12.34mm").map(Self::At),
         }
     }
@@ -133,6 +144,7 @@ impl FromStr for Tare {
             "off-contact" => Ok(Self::OffContact),
             "first" => Ok(Self::First),
             "none" => Ok(Self::None),
+            "fit" => Ok(Self::Fit),
             value => with_unit(value, Dimension::Force, "1.2mN").map(Self::At),
         }
     }

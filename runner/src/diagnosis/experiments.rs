@@ -11,6 +11,7 @@ use crate::inference::effect::{Candidate, Place, is_continuous};
 use crate::inference::{ForceProblem, Linearised, Setup};
 use crate::noise::{NoiseModel, Observation, Weights, noise_model};
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 const RADIUS: &str = "geometry.punch_radius";
@@ -24,7 +25,7 @@ const DEEPEST: f64 = 0.5;
 const POINTS: usize = 40;
 
 /// A test that is proposed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Proposal {
     /// What to do.
     pub what: String,

@@ -32,12 +32,19 @@ fn pick(values: &[f64], shown: &[usize]) -> Vec<f64> {
 fn force(c: &CurvePair) -> String {
     let (axis, shown) = axis(c);
     let t = pick(&c.time_s, &shown);
-    let mut chart = Chart::new(&c.name, axis, Axis::linear("force (mN)"), HALF)
-        .with_reference(0.0)
+    let mut chart = Chart::new(&c.name, axis, Axis::linear("force (mN)"), HALF).with_reference(0.0);
+    for specimen in &c.specimens_mn {
+        chart = chart.with(None, palette::GREY, Mark::Thin, &t, &pick(specimen, &shown));
+    }
+    chart = chart
         .with(None, palette::INK, Mark::Points, &t, &pick(&c.measured_mn, &shown))
-        .with(None, palette::BLUE, Mark::Line, &t, &pick(&c.before_mn, &shown));
+        .told("measured")
+        .with(None, palette::BLUE, Mark::Line, &t, &pick(&c.before_mn, &shown))
+        .told("plain model");
     if let Some(after) = &c.after_mn {
-        chart = chart.with(None, palette::VERMILION, Mark::Dashed, &t, &pick(after, &shown));
+        chart = chart
+            .with(None, palette::VERMILION, Mark::Dashed, &t, &pick(after, &shown))
+            .told("with the effect");
     }
     chart.to_svg()
 }
@@ -51,9 +58,12 @@ fn residual(c: &CurvePair) -> String {
     let mut chart = Chart::new("Measured minus model", axis, Axis::linear("difference (mN)"), HALF)
         .with_reference(0.0)
         .with(None, palette::GREY, Mark::Band(band), &t, &low)
-        .with(None, palette::BLUE, Mark::Line, &t, &minus(&c.before_mn));
+        .with(None, palette::BLUE, Mark::Line, &t, &minus(&c.before_mn))
+        .told("minus the plain model");
     if let Some(after) = &c.after_mn {
-        chart = chart.with(None, palette::VERMILION, Mark::Line, &t, &minus(after));
+        chart = chart
+            .with(None, palette::VERMILION, Mark::Line, &t, &minus(after))
+            .told("minus the model with the effect");
     }
     chart.to_svg()
 }
@@ -88,7 +98,7 @@ pub(super) fn residual_map(d: &Diagnosis) -> String {
     ];
     let (width, height) = (LEFT + CELL.0 * columns as f64 + 4.0, CELL.1 * (rows.len() as f64 + 2.0) + 16.0);
     let mut svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" {FONT} font-size="12"><title>scores of the residual</title>"#
+        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" class="cells" {FONT} font-size="12"><title>scores of the residual</title>"#
     );
     let mut y = 0.0;
     for (block, rows) in blocks.iter().enumerate() {

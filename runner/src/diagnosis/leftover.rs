@@ -7,6 +7,7 @@
 use crate::inference::fit::Fit;
 use crate::noise::Observation;
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Places of a step, and periods, that are tried in each test.
@@ -20,7 +21,7 @@ const OFF_CONTACT: f64 = 3.3;
 const NO_FORCE: f64 = 1e-3;
 
 /// With what the gap goes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "with")]
 pub enum Course {
     /// It grows with the time since the test began.
@@ -46,7 +47,7 @@ pub enum Course {
 }
 
 /// A description of what is left.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Leftover {
     /// With what it goes.
     pub course: Course,

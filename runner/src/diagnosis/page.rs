@@ -4,7 +4,7 @@ use super::figures;
 use super::result::*;
 use crate::inference::wording::{list, significant};
 use crate::report::plot::{heat_map, pretty};
-use crate::report::{assumed, document};
+use crate::report::{assumed, document, glossary};
 use maud::{Markup, PreEscaped, html};
 
 /// The page.
@@ -29,6 +29,7 @@ pub fn page(d: &Diagnosis) -> String {
         (next(d))
         (parity(d))
         (assumed(&d.assumptions))
+        (glossary())
         (origin(d))
     };
     document(&title, STYLE, &body)
@@ -49,7 +50,7 @@ fn curves(d: &Diagnosis) -> Markup {
         h2 { "Measured and model, before and after" }
         @for figure in figures::curves(d) { div.pair { @for half in figure { (PreEscaped(half)) } } }
         p.caption {
-            "Left: force, with what the plain model gives (blue) and the model with the effect (vermilion). Right: measured minus model; \
+            "Left: force (thin lines: every specimen), with what the plain model gives (blue) and the model with the effect (vermilion). Right: measured minus model; \
              grey band: ± two standard deviations of the measured curve, error of the simulation included."
         }
     }

@@ -5,13 +5,14 @@ use super::leftover::Leftover;
 use crate::assumption::Assumption;
 use crate::data::Phase;
 use crate::inference::effect::{Place, Sign};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON layout.
 pub const SCHEMA: &str = "poropunch.diagnosis/1";
 
 /// All of it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Diagnosis {
     /// [`SCHEMA`].
     pub schema: String,
@@ -65,7 +66,7 @@ pub struct Diagnosis {
 }
 
 /// Kind of answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Kind {
     /// The model and the data agree within the noise.
     #[serde(rename = "no gap")]
@@ -85,7 +86,7 @@ pub enum Kind {
 }
 
 /// The answer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Verdict {
     /// Kind of answer.
     pub kind: Kind,
@@ -105,7 +106,7 @@ pub struct Verdict {
 }
 
 /// One test.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TestSummary {
     /// Its name.
     pub name: String,
@@ -130,7 +131,7 @@ pub struct TestSummary {
 }
 
 /// One relation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parity {
     /// What is compared.
     pub relation: String,
@@ -149,7 +150,7 @@ pub struct Parity {
 }
 
 /// A fitted model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModelSummary {
     /// Effects in it; none for the plain model.
     pub effects: Vec<String>,
@@ -174,7 +175,7 @@ pub struct ModelSummary {
 }
 
 /// Where the plain model misses.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Location {
     /// Score that the largest of all passes by noise alone in 1 of 20 cases.
     pub threshold: f64,
@@ -185,7 +186,7 @@ pub struct Location {
 }
 
 /// One place.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpotSummary {
     /// Test.
     pub test: String,
@@ -208,7 +209,7 @@ pub struct SpotSummary {
 }
 
 /// One effect in screening.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EffectSummary {
     /// Name.
     pub name: String,
@@ -249,7 +250,7 @@ pub struct EffectSummary {
 }
 
 /// A prediction.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeldOut {
     /// What was predicted from what.
     pub split: String,
@@ -262,7 +263,7 @@ pub struct HeldOut {
 }
 
 /// Gap in some part.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PartGap {
     /// `total` or the phase.
     pub part: String,
@@ -278,7 +279,7 @@ pub struct PartGap {
 }
 
 /// How much of the gap goes, in total.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShrinkageSummary {
     /// Of which data.
     pub of: String,
@@ -312,7 +313,7 @@ impl ShrinkageSummary {
 }
 
 /// What a simple rule would answer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SimpleRule {
     /// Rule.
     pub rule: String,
@@ -321,7 +322,7 @@ pub struct SimpleRule {
 }
 
 /// An effect that these data cannot show.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NotTestable {
     /// Name.
     pub name: String,
@@ -330,7 +331,7 @@ pub struct NotTestable {
 }
 
 /// One test's curves.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurvePair {
     /// Test.
     pub name: String,
@@ -338,6 +339,9 @@ pub struct CurvePair {
     pub time_s: Vec<f64>,
     /// Measured (mN).
     pub measured_mn: Vec<f64>,
+    /// Each specimen's curve (mN), where the file has them.
+    #[serde(default)]
+    pub specimens_mn: Vec<Vec<f64>>,
     /// Standard deviation of the measured curve, simulation error included (mN).
     pub sigma_mn: Vec<f64>,
     /// Plain model (mN).

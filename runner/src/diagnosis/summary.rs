@@ -321,6 +321,7 @@ fn curves(f: &Findings) -> Vec<CurvePair> {
         all.push(CurvePair {
             name: o.name().to_owned(),
             time_s: o.measurement.time_s.clone(),
+            specimens_mn: specimens_mn(o),
             sigma_mn: sigma.rows(before, n).as_slice().to_vec(),
             before_mn: model(&f.plain.gap_mn),
             after_mn: after.map(model),
@@ -329,4 +330,9 @@ fn curves(f: &Findings) -> Vec<CurvePair> {
         before += n;
     }
     all
+}
+
+fn specimens_mn(o: &Observation) -> Vec<Vec<f64>> {
+    let whole = o.measurement.specimens_n.iter().filter(|s| s.len() == o.len());
+    whole.map(|s| s.iter().map(|f| f * 1e3).collect()).collect()
 }

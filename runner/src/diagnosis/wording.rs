@@ -1,8 +1,10 @@
 //! The answer in plain words.
 
 use super::result::{Diagnosis, EffectSummary, Kind};
+use crate::data::measurement::DOUBT;
 use crate::inference::effect::Candidate;
 use crate::inference::wording::{list, significant};
+use crate::report::columns;
 use std::fmt::Write as _;
 
 /// First lines of everything that is printed: the answer, and whether what it explains matters.
@@ -108,71 +110,16 @@ pub fn too_weak(e: &EffectSummary, threshold: f64) -> String {
     )
 }
 
-/// The table on the terminal.
+/// The tables on the terminal.
 pub fn table(d: &Diagnosis) -> String {
-    let mut text = format!("{}\n\n", d.verdict.text);
-    for w in &d.warnings {
+    let mut text = format!("{}\n", d.verdict.text);
+    // Geometry and doubtful data have been told in the first lines.
+    for w in d.warnings.iter().filter(|w| !w.contains(DOUBT) && !w.starts_with("warning: ")) {
         let _ = writeln!(text, "mind: {w}");
     }
-    let _ = writeln!(
-        text,
-        "\nwhere (largest scores; noise alone passes {:.1} in 1 of 20 cases; this largest one with probability {:.2}):",
-        d.location.threshold, d.location.probability
-    );
-    let mut spots: Vec<_> = d.location.spots.iter().collect();
-    spots.sort_by(|a, b| b.score.abs().total_cmp(&a.score.abs()));
-    for s in spots.iter().take(8) {
-        let place = match (s.phase, s.time_s) {
-            (Some(phase), _) => format!("cycle {}, {}, {}", s.cycle.unwrap_or(1), phase.name(), s.pattern),
-            (None, Some(time_s)) => format!("holds, relaxation at {time_s} s"),
-            (None, None) => s.pattern.clone(),
-        };
-        let _ = writeln!(text, "  {:6} {place:38} {:7.1}   {:8.3} mN", s.test, s.score, s.mean_mn);
-    }
-    let _ = writeln!(
-        text,
-        "\nwhich:  {:42} {:>7} {:>16} {:>8} {:>8} {:>7} {:>7} {:>9}",
-        "effect", "score", "magnitude", "gain", "refit", "hidden", "power", "evidence"
-    );
-    for e in &d.effects {
-        let refit = e.actual_gain.map_or_else(|| "-".to_owned(), |g| format!("{g:.1}"));
-        let magnitude = format!("{:.2} +- {:.2}", e.magnitude, e.magnitude_sigma.min(999.0));
-        let _ = writeln!(
-            text,
-            "        {:42} {:7.1} {magnitude:>16} {:8.1} {refit:>8} {:6.0}% {:7.1} {:9.1}{}",
-            e.name,
-            e.score,
-            e.predicted_gain,
-            100.0 * e.absorbed,
-            e.power,
-            e.evidence,
-            if e.testable { "" } else { "  not testable" }
-        );
-    }
-    if !d.models.is_empty() {
-        let _ = writeln!(
-            text,
-            "\nrefits: {:42} {:>9} {:>9} {:>8} {:>9}",
-            "model", "chi^2", "evidence", "fits", "share"
-        );
-        let _ = writeln!(
-            text,
-            "        {:42} {:9.1} {:9.1} {:8.3}",
-            "plain model", d.baseline.chi_square, 0.0, d.baseline.adequacy
-        );
-        for m in &d.models {
-            let _ = writeln!(
-                text,
-                "        {:42} {:9.1} {:9.1} {:8.3} {:8.1}%",
-                m.effects.join(" + "),
-                m.chi_square,
-                m.evidence,
-                m.adequacy,
-                100.0 * m.probability
-            );
-        }
-        let _ = writeln!(text, "        {:42} {:>9} {:9.1}", "something else", "", d.something_else_evidence);
-    }
+    spots(&mut text, d);
+    effects(&mut text, d);
+    models(&mut text, d);
     for h in &d.held_out {
         let told = if h.informative { "" } else { " (the fitted part does not determine it)" };
         let _ = writeln!(text, "\nheld out: {}: log score {:+.1}{told}", h.split, 0.5 * h.score);
@@ -196,4 +143,82 @@ pub fn table(d: &Diagnosis) -> String {
     }
     let _ = write!(text, "\n{:.0} s", d.seconds);
     text
+}
+
+fn spots(text: &mut String, d: &Diagnosis) {
+    let _ = writeln!(
+        text,
+        "\nwhere (largest scores; noise alone passes {:.1} in 1 of 20 cases; this largest one with probability {:.2}):",
+        d.location.threshold, d.location.probability
+    );
+    let mut spots: Vec<_> = d.location.spots.iter().collect();
+    spots.sort_by(|a, b| b.score.abs().total_cmp(&a.score.abs()));
+    for s in spots.iter().take(8) {
+        let place = match (s.phase, s.time_s) {
+            (Some(phase), _) => format!("cycle {}, {}, {}", s.cycle.unwrap_or(1), phase.name(), s.pattern),
+            (None, Some(time_s)) => format!("holds, relaxation at {time_s} s"),
+            (None, None) => s.pattern.clone(),
+        };
+        let _ = writeln!(text, "  {:6} {place:38} {:7.1}   {:8.3} mN", s.test, s.score, s.mean_mn);
+    }
+}
+
+/// Effects as screening sees them; those that cannot be tested by name only.
+fn effects(text: &mut String, d: &Diagnosis) {
+    let row = |e: &&EffectSummary| {
+        let refit = e.actual_gain.map_or_else(|| "-".to_owned(), |g| format!("{g:.1}"));
+        let title = e.name.clone();
+        let numbers = [format!("{:.1}", e.score), magnitude(e), refit];
+        let hidden = [format!("{:.0} %", 100.0 * e.absorbed), format!("{:.1}", e.evidence)];
+        [title].into_iter().chain(numbers).chain(hidden).collect::<Vec<String>>()
+    };
+    let header = ["which", "score", "magnitude", "refit", "hidden", "evidence"];
+    // What was refitted all the same, or is part of the answer, has numbers, too.
+    let is_shown =
+        |e: &&EffectSummary| e.testable || e.actual_gain.is_some() || d.verdict.effects.contains(&e.name);
+    let (shown, others): (Vec<&EffectSummary>, Vec<&EffectSummary>) = d.effects.iter().partition(is_shown);
+    columns(text, header, &shown.iter().map(row).collect::<Vec<_>>());
+    let names: Vec<&str> = others.iter().map(|e| e.name.as_str()).collect();
+    if !names.is_empty() {
+        let _ = writeln!(text, "not testable with these data: {}", names.join(", "));
+    }
+}
+
+/// Magnitude in units of the effect's plausible scale, where the data say anything of it.
+fn magnitude(e: &EffectSummary) -> String {
+    // Beyond this the data do not tell the effect from none at any size that occurs.
+    const UNKNOWN: f64 = 100.0;
+    if e.magnitude_sigma < UNKNOWN {
+        format!("{:.2} +- {:.2}", e.magnitude, e.magnitude_sigma)
+    } else {
+        "not determined".to_owned()
+    }
+}
+
+fn models(text: &mut String, d: &Diagnosis) {
+    if d.models.is_empty() {
+        return;
+    }
+    let row = |name: String, numbers: [String; 4]| [name].into_iter().chain(numbers).collect::<Vec<String>>();
+    let dash = || "-".to_owned();
+    let plain = [
+        format!("{:.1}", d.baseline.chi_square),
+        "0.0".to_owned(),
+        format!("{:.3}", d.baseline.adequacy),
+        dash(),
+    ];
+    let mut rows = vec![row("plain model".to_owned(), plain)];
+    for m in &d.models {
+        let share = format!("{:.1} %", 100.0 * m.probability);
+        let numbers = [
+            format!("{:.1}", m.chi_square),
+            format!("{:.1}", m.evidence),
+            format!("{:.3}", m.adequacy),
+            share,
+        ];
+        rows.push(row(m.effects.join(" + "), numbers));
+    }
+    let something = [dash(), format!("{:.1}", d.something_else_evidence), dash(), dash()];
+    rows.push(row("something else".to_owned(), something));
+    columns(text, ["refits", "chi^2", "evidence", "fits", "share"], &rows);
 }

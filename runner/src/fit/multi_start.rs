@@ -8,6 +8,7 @@ use super::solution::{IterationRecord, Solution, StopReason};
 use super::trust_region::{Options, minimise};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -23,7 +24,7 @@ pub struct MultiStartOptions {
 }
 
 /// What became of one start: the material of a waterfall plot.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StartRecord {
     /// 0 is the user's start.
     pub index: usize,

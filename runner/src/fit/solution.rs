@@ -1,11 +1,12 @@
 //! What a fit returns: the point, why it stopped, and how it got there.
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Why the iteration ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StopReason {
     /// The scaled gradient is small: a stationary point.
@@ -46,7 +47,7 @@ impl fmt::Display for StopReason {
 }
 
 /// State after one iteration (the start is iteration 0).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IterationRecord {
     /// Number of accepted steps so far.
     pub iteration: usize,
@@ -111,5 +112,12 @@ impl Solution {
     /// Accepted steps.
     pub fn iteration_count(&self) -> usize {
         self.iterations.last().map_or(0, |r| r.iteration)
+    }
+
+    /// Puts the iterations of the fit that this one went on from in front; counting goes on.
+    pub fn go_on_from(&mut self, earlier: Vec<IterationRecord>) {
+        let before = earlier.last().map_or(0, |r| r.iteration);
+        self.iterations.iter_mut().for_each(|r| r.iteration += before);
+        self.iterations.splice(0..0, earlier);
     }
 }

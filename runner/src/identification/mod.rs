@@ -1,14 +1,16 @@
 //! Identification: fits the plain model's unknowns to measurements, and says what the result is worth.
 //!
 //! ```text
-//! Settings -> Observations + Unknowns -> noise at the start -> search -> Identification -> FitReport
+//! FitSettings -> Observations + Unknowns -> noise at the start -> search -> Identification -> FitReport
 //! ```
 
+pub mod nuisance;
 pub mod profiles;
 pub mod report;
 pub mod settings;
 
-pub use settings::{FitSettings, JacobianSource, Settings, SettingsError, Source};
+pub use nuisance::{Corrected, Nuisances, identify_with_zeros};
+pub use settings::{FitSettings, JacobianSource, SettingsError};
 
 use crate::engine::Engine;
 use crate::fit::{EvaluationFailure, FitError, IterationRecord};
@@ -17,7 +19,7 @@ use crate::inference::robust::{Robust, robust};
 use crate::inference::rough::{self, search_roughly};
 use crate::inference::setup::job;
 use crate::inference::{FitFailure, Found, NoiseFailure, SearchPlan, Setup, noise_at_start};
-use crate::noise::{NoiseModel, Observation, ObservationError, Weights};
+use crate::noise::{Covariance, NoiseModel, Observation, ObservationError, Weights};
 use crate::pool::{ForceCurve, Priority, Run};
 use poropunch::variables::sensitivities;
 use std::collections::BTreeMap;
@@ -57,6 +59,12 @@ impl From<NoiseFailure> for IdentificationError {
     }
 }
 
+impl From<EvaluationFailure> for IdentificationError {
+    fn from(failure: EvaluationFailure) -> Self {
+        FitFailure::from(failure).into()
+    }
+}
+
 impl From<FitFailure> for IdentificationError {
     fn from(failure: FitFailure) -> Self {
         Self::Fit(match failure {
@@ -68,8 +76,8 @@ impl From<FitFailure> for IdentificationError {
     }
 }
 
-/// Fits, and where asked for once more with points that lie far off counting less; `observe` sees each accepted step with the index of its start. A stop asked of the engine ends the
-/// fit at its best point.
+/// Fits, and where asked for once more with points that lie far off counting less; `observe` sees each accepted step with the index of
+/// its start. A stop asked of the engine ends the fit at its best point.
 ///
 /// # Errors
 /// When no start can be evaluated, or the noise cannot be told.
@@ -81,11 +89,33 @@ pub fn identify(
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Identification, IdentificationError> {
     let noise = noise_at_start(setup, weights)?;
+    let found = searched(setup, &noise.covariance, plan, observe)?;
+    concluded(setup, noise, found, plan, is_robust)
+}
+
+/// The best fit of all starts.
+fn searched(
+    setup: Setup,
+    covariance: &Covariance,
+    plan: &SearchPlan,
+    observe: &mut dyn FnMut(usize, &IterationRecord),
+) -> Result<Found, FitFailure> {
     let by = if rough::applies(setup) { search_roughly } else { search };
-    let mut found = by(setup, &noise.covariance, plan, observe)?;
+    by(setup, covariance, plan, observe)
+}
+
+/// The robust fit where it was asked for, and what all parameters are.
+fn concluded(
+    setup: Setup,
+    noise: NoiseModel,
+    mut found: Found,
+    plan: &SearchPlan,
+    is_robust: bool,
+) -> Result<Identification, IdentificationError> {
     let mut far_points = None;
     if is_robust && found.fit.solution.stop.converged() {
-        let Robust { fit, far } = robust(setup, &noise.covariance, found.fit, plan.evaluations)?;
+        let covariance = found.fit.covariance.clone();
+        let Robust { fit, far } = robust(setup, &covariance, found.fit, plan.evaluations)?;
         (found.fit, found.twin, far_points) = (fit, None, Some(far));
     }
     let values = setup.unknowns.settings(&found.fit.solution.x);

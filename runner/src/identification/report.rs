@@ -13,7 +13,8 @@ use crate::inference::{Setup, Statistics, Values};
 use crate::noise::{Covariance, Observation, ObservationError, Weights, noise_model};
 use crate::pool::ForceCurve;
 use crate::report::{
-    Assembly, FitReport, FixedRow, MeasuredCurve, PosteriorReport, Role, RunStatistics, Setting,
+    Assembly, FitReport, FixedRow, MeasuredCurve, NuisanceRow, PosteriorReport, Role, RunStatistics, Setting,
+    SpecimenCurve,
 };
 use crate::score::chi_square;
 use std::collections::BTreeMap;
@@ -49,6 +50,8 @@ pub struct Context<'a> {
     pub command: String,
     /// Settings worth keeping.
     pub settings: Vec<Setting>,
+    /// Contact points and load cells' zeros that were fitted.
+    pub nuisances: Vec<NuisanceRow>,
     /// Wall time (s).
     pub seconds: f64,
 }
@@ -139,6 +142,7 @@ pub fn report(
         starts: identification.found.starts.clone(),
         settings: settings(c, &descriptions),
         assumptions: rests_on(c, values),
+        nuisances: c.nuisances.clone(),
     };
     Ok((FitReport { posterior: sampled, ..assembly.build()? }, missing))
 }
@@ -164,7 +168,9 @@ fn measured_curve(o: &Observation, curve: &ForceCurve, role: Role, covariance: &
     let m = &o.measurement;
     let milli = |values: &[f64]| values.iter().map(|v| v * MILLI).collect::<Vec<f64>>();
     let total = || covariance.total_mn().as_slice().to_vec();
+    let specimens = m.specimen_names.iter().zip(&m.specimens_n);
     MeasuredCurve {
+        specimens: specimens.map(|(n, f)| SpecimenCurve { name: n.clone(), force_mn: milli(f) }).collect(),
         name: m.name.clone(),
         file: m.file.display().to_string(),
         role,
@@ -187,8 +193,8 @@ fn fixed_rows(c: &Context, values: &BTreeMap<String, f64>) -> Vec<FixedRow> {
     let mut rows = Vec::new();
     for (name, variable) in &c.setup.engine.wiring().parameters {
         let set = values.get(name).copied();
-        let absent_branch = || !has_branch(c, name, values);
-        if free(name) || (set.is_none() && (!name.starts_with("material.") || absent_branch())) {
+        let is_material = name.starts_with("material.");
+        if free(name) || (set.is_none() && !is_material) || !has_branch(c, name, values) {
             continue;
         }
         let tie = c.setup.unknowns.ties().iter().find(|t| t.name == *name);

@@ -1,48 +1,14 @@
-//! Everything that an identification's result depends on, kept beside it so that it can be resumed.
-//!
-//! Resuming is a replay: the optimiser is deterministic and every run that was made is in the cache, so the
-//! same settings lead through the same runs to where the work ended, and on from there.
+//! What is fitted, from where, and how.
 
-use crate::cli::engine_args::EngineArguments;
-use crate::data::{DataError, Phase, Reading, SpecimenFiles};
+use crate::data::Phase;
 use crate::inference::{Requests, SearchPlan};
 use crate::noise::{Uncertainty, Weights};
-use crate::output::{Folder, OutputError, json};
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Everything that the result depends on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
-    /// Version of this layout.
-    pub version: u32,
-    /// What is fitted.
-    pub measurements: Vec<Source>,
-    /// What is predicted.
-    pub validation: Vec<Source>,
-    /// The FMU.
-    pub engine: EngineArguments,
-    /// The fit.
-    pub fit: FitSettings,
-    /// How the files are read.
-    #[serde(default)]
-    pub reading: Reading,
-}
-
-/// A measurement's file, or files, as they were when they were read.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Source {
-    /// Absolute path of the file or the directory, or `NAME=FILE,FILE,...` with absolute paths.
-    pub file: PathBuf,
-    /// blake3 of the bytes; of the files' hashes where there are several.
-    pub hash: String,
-}
-
 /// What is fitted, from where, and how.
-#[derive(Debug, Clone, PartialEq, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Args)]
 #[command(next_help_heading = "Fit")]
 pub struct FitSettings {
     /// Parameters to fit, exactly these [default: equilibrium, permeability, and as many branches as the data ask for]
@@ -80,15 +46,12 @@ pub struct FitSettings {
     /// Take the interval of this value from the profile of the likelihood: a parameter by its name, or a symbol such as G_1, tau_2,
     /// alpha_1, K0 (repeatable). Without being asked this is done where a linearised interval is open or curved; `none` leaves that out
     #[arg(long, value_name = "NAME")]
-    #[serde(default)]
     pub profile: Vec<String>,
     /// Points that lie far from the rest count less (Huber's loss)
     #[arg(long)]
-    #[serde(default)]
     pub robust: bool,
     /// Sample the posterior: posterior.csv and a corner plot (a thousand runs and more)
     #[arg(long)]
-    #[serde(default)]
     pub posterior: bool,
     /// Where derivatives come from
     #[arg(long, value_enum, default_value_t)]
@@ -102,7 +65,7 @@ pub struct FitSettings {
 }
 
 /// Where the derivatives of the force by the parameters come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum JacobianSource {
     /// The FMU's own where it has them, finite differences for the other parameters
     #[default]
@@ -116,42 +79,6 @@ pub enum JacobianSource {
 /// Settings that cannot be used.
 #[derive(Debug, Error)]
 pub enum SettingsError {
-    /// A measurement that cannot be read.
-    #[error("{}: cannot be read: {source}; check the path", file.display())]
-    Unreadable {
-        /// The file.
-        file: PathBuf,
-        /// Reason.
-        source: std::io::Error,
-    },
-    /// Nothing to resume.
-    #[error("{} has no {FILE}: there is nothing to resume; leave out --resume", directory.display())]
-    NothingToResume {
-        /// The output directory.
-        directory: PathBuf,
-    },
-    /// A settings file that is damaged or of another version.
-    #[error("{}: cannot be used: {reason}; begin anew without --resume (runs in the cache are kept)", file.display())]
-    Damaged {
-        /// The settings file.
-        file: PathBuf,
-        /// Reason.
-        reason: String,
-    },
-    /// A measurement that is not what it was.
-    #[error("{} has changed since the identification began: begin anew without --resume", file.display())]
-    Changed {
-        /// The measurement.
-        file: PathBuf,
-    },
-    /// The command line asks for something else.
-    #[error(
-        "--resume continues what was begun, but the command line differs in {what}; give the same options, or only --resume and --out"
-    )]
-    Differs {
-        /// Which part.
-        what: &'static str,
-    },
     /// A phase weight that cannot be read.
     #[error(
         "--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold (or hold-early, hold-middle, hold-late), unload, recovery and WEIGHT >= 0"
@@ -160,115 +87,12 @@ pub enum SettingsError {
     /// A step that is not small and positive.
     #[error("--fd-step {0}: must be between 1e-6 and 0.2")]
     BadStep(f64),
-    /// A directory or a list of files without files.
-    #[error(transparent)]
-    Files(#[from] DataError),
-    /// Writing.
-    #[error(transparent)]
-    Output(#[from] OutputError),
 }
 
-/// Name of the settings file in the output directory.
-pub const FILE: &str = "settings.json";
-const VERSION: u32 = 2;
-
-impl Source {
-    /// A measurement as it is now.
-    ///
-    /// # Errors
-    /// When a file cannot be read.
-    pub fn of(argument: &Path) -> Result<Self, SettingsError> {
-        let source = SpecimenFiles::of(argument)?;
-        let hash = |file: &PathBuf| match std::fs::read(file) {
-            Ok(bytes) => Ok(blake3::hash(&bytes)),
-            Err(source) => Err(SettingsError::Unreadable { file: file.clone(), source }),
-        };
-        let hashes = source.files.iter().map(hash).collect::<Result<Vec<_>, _>>()?;
-        let all = match hashes.as_slice() {
-            [one] => *one,
-            several => {
-                blake3::hash(several.iter().map(blake3::Hash::to_string).collect::<String>().as_bytes())
-            }
-        };
-        Ok(Self { file: source.argument, hash: all.to_hex().to_string() })
-    }
-}
-
-impl Settings {
-    /// Settings of a new identification.
-    ///
-    /// # Errors
-    /// When a measurement cannot be read.
-    pub fn new(
-        measurements: &[PathBuf],
-        validation: &[PathBuf],
-        engine: &EngineArguments,
-        fit: &FitSettings,
-        reading: &Reading,
-    ) -> Result<Self, SettingsError> {
-        let sources = |files: &[PathBuf]| files.iter().map(|f| Source::of(f)).collect::<Result<Vec<_>, _>>();
-        Ok(Self {
-            version: VERSION,
-            measurements: sources(measurements)?,
-            validation: sources(validation)?,
-            engine: EngineArguments { jobs: 0, ..engine.clone() },
-            fit: fit.clone(),
-            reading: reading.clone(),
-        })
-    }
-
-    /// Those that an identification in `directory` began with.
-    ///
-    /// # Errors
-    /// When there are none, they are damaged, or a measurement has changed since.
-    pub fn load(directory: &Path) -> Result<Self, SettingsError> {
-        let file = directory.join(FILE);
-        let text = std::fs::read_to_string(&file)
-            .map_err(|_| SettingsError::NothingToResume { directory: directory.to_owned() })?;
-        let damaged = |reason: String| SettingsError::Damaged { file: file.clone(), reason };
-        let settings: Self = serde_json::from_str(&text).map_err(|e| damaged(e.to_string()))?;
-        if settings.version != VERSION {
-            return Err(damaged(format!("version {} instead of {VERSION}", settings.version)));
-        }
-        for source in settings.measurements.iter().chain(&settings.validation) {
-            if Source::of(&source.file)? != *source {
-                return Err(SettingsError::Changed { file: source.file.clone() });
-            }
-        }
-        Ok(settings)
-    }
-
-    /// Keeps them in the output directory.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn save(&self, folder: &Folder) -> Result<(), SettingsError> {
-        let text = json(&folder.path().join(FILE), self)?;
-        Ok(folder.write(FILE, &text)?)
-    }
-
-    /// Checks that the command line asks for the same thing.
-    ///
-    /// # Errors
-    /// Names what differs.
-    pub fn check_same(&self, asked: &Self) -> Result<(), SettingsError> {
-        let parts = [
-            ("the measurements", self.measurements == asked.measurements),
-            ("--validate", self.validation == asked.validation),
-            ("the model's options", self.engine == asked.engine),
-            ("the fit's options", self.fit == asked.fit),
-            ("how the files are read", self.reading == asked.reading),
-        ];
-        match parts.iter().find(|(_, same)| !same) {
-            Some((what, _)) => Err(SettingsError::Differs { what }),
-            None => Ok(()),
-        }
-    }
-
-    /// What is fitted, fixed and tied.
-    pub fn requests(&self) -> Requests {
-        let f = self.fit.clone();
-        let set = self.engine.settings();
+impl FitSettings {
+    /// What is fitted, fixed and tied, beside what is `set`.
+    pub fn requests(&self, set: Vec<String>) -> Requests {
+        let f = self.clone();
         Requests {
             set,
             free: f.free,
@@ -279,9 +103,7 @@ impl Settings {
             ..Requests::default()
         }
     }
-}
 
-impl FitSettings {
     /// How points are weighed.
     ///
     /// # Errors

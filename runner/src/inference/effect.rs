@@ -3,12 +3,13 @@
 //! A magnitude is counted in plausible scales of the effect, so that 1 means "as large as one would expect it"
 //! and 0 is the plain model.
 
+use schemars::JsonSchema;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
 /// Where an effect acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Place {
     /// The material, or the body made of it.
@@ -24,7 +25,7 @@ pub enum Place {
 }
 
 /// Which magnitudes an effect can have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sign {
     /// 0 or more.
@@ -36,7 +37,7 @@ pub enum Sign {
 }
 
 /// Whether all tests share the magnitude.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scope {
     /// One magnitude for all tests.

@@ -10,6 +10,7 @@ use super::parameter::FitParameter;
 use super::statistics::{DETERMINED_HALF_WIDTH, ParameterEstimate, Statistics};
 use super::wording;
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// 97.5 % quantile of the normal distribution.
@@ -18,7 +19,7 @@ const NORMAL_QUANTILE: f64 = 1.96;
 const NAMED: f64 = 0.15;
 
 /// What kind of ignorance a finding states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FindingKind {
     /// One parameter that changes nothing in the data, by a factor of ten or more.
@@ -30,7 +31,7 @@ pub enum FindingKind {
 }
 
 /// One thing that the data do not determine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
     /// Its kind.
     pub kind: FindingKind,
@@ -51,7 +52,7 @@ pub struct Finding {
 }
 
 /// The analysis of one solution.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Identifiability {
     /// Singular values of the Jacobian in units of the noise, descending: sensitivity per e-fold.
     pub singular_values: Vec<f64>,

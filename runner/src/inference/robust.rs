@@ -54,7 +54,7 @@ pub fn robust(
         let start = fit.solution.x.clone();
         let earlier = fit.solution.iterations;
         fit = refit(setup, &covariance.with_white_times(&factors), &start, evaluations)?;
-        fit.solution.iterations.splice(0..0, earlier);
+        fit.solution.go_on_from(earlier);
     }
     let far = factors.iter().filter(|f| **f > 1.0).count();
     Ok(Robust { fit, far })

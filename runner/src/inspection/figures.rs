@@ -2,7 +2,7 @@
 
 use super::result::*;
 use crate::data::Phase;
-use crate::report::plot::{Axis, Chart, Mark, palette};
+use crate::report::plot::{Axis, Chart, Mark, Shapes, palette};
 
 const WIDE: (f64, f64) = (1000.0, 300.0);
 const HALF: (f64, f64) = (490.0, 340.0);
@@ -78,14 +78,18 @@ fn banded(chart: Chart, part: &Part, colour: &'static str) -> Chart {
 }
 
 /// Displacement and force of the whole test, phases behind them.
-pub(super) fn whole(test: &TestInspection) -> Vec<String> {
+pub(super) fn whole(test: &TestInspection) -> Vec<Shapes> {
     let curve = &test.curve;
     let bands: Vec<_> = test.cycles.iter().flat_map(phases).collect();
     let draw = |title: &str, label: &str, values: &[f64], height: f64| {
         let limits = range(values.iter());
         let axis = Axis::linear(label).with_range(limits.0, limits.1);
         let chart = Chart::new(title, Axis::linear("time (s)"), axis, (WIDE.0, height));
-        shaded(chart, &bands, limits).with(None, palette::INK, Mark::Line, &curve.time_s, values).to_svg()
+        Shapes::of(
+            &shaded(chart, &bands, limits)
+                .with(None, palette::INK, Mark::Line, &curve.time_s, values)
+                .told(label),
+        )
     };
     vec![
         draw("Displacement and its phases", "displacement (mm)", &curve.displacement_mm, 210.0),
@@ -94,7 +98,7 @@ pub(super) fn whole(test: &TestInspection) -> Vec<String> {
 }
 
 /// What was read: the force of every specimen, samples that stand alone marked.
-pub(super) fn as_read(test: &TestInspection) -> Option<String> {
+pub(super) fn as_read(test: &TestInspection) -> Option<Shapes> {
     let curve = &test.curve;
     if curve.specimens_mn.is_empty() && curve.outliers.is_empty() {
         return None;
@@ -104,15 +108,16 @@ pub(super) fn as_read(test: &TestInspection) -> Option<String> {
     );
     let axis = Axis::linear("force (mN)").with_range(limits.0, limits.1);
     let mut chart = Chart::new("As read: every specimen", Axis::linear("time (s)"), axis, WIDE);
-    for specimen in &curve.specimens_mn {
-        chart = chart.with(None, palette::GREY, Mark::Line, &curve.time_s, specimen);
+    for (k, specimen) in curve.specimens_mn.iter().enumerate() {
+        let name = test.specimens.get(k).cloned().unwrap_or_else(|| format!("specimen {}", k + 1));
+        chart = chart.with(None, palette::GREY, Mark::Line, &curve.time_s, specimen).told(&name);
     }
-    chart = chart.with(None, palette::INK, Mark::Line, &curve.time_s, &curve.force_mn);
+    chart = chart.with(None, palette::INK, Mark::Line, &curve.time_s, &curve.force_mn).told("median");
     let (time_s, force_mn): (Vec<f64>, Vec<f64>) = curve.outliers.iter().copied().unzip();
     if !time_s.is_empty() {
         chart = chart.with(Some("outliers"), palette::VERMILION, Mark::Points, &time_s, &force_mn);
     }
-    Some(chart.to_svg())
+    Some(Shapes::of(&chart))
 }
 
 /// Loading of the first cycle, phases behind it.

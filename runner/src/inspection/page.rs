@@ -4,8 +4,8 @@ use super::figures;
 use super::result::*;
 use super::table::{cycles, noise, plus_minus, quartiles, ratio, water_line};
 use crate::data::{Estimate, Phase};
-use crate::report::document;
 use crate::report::plot::pretty;
+use crate::report::{document, glossary, shapes};
 use maud::{Markup, PreEscaped, html};
 
 /// The page.
@@ -21,6 +21,7 @@ pub fn page(inspection: &Inspection) -> String {
         @if inspection.tests.len() > 1 { (together(inspection)) }
         @if let Some(water) = &inspection.water { h2 { "Water content" } p { (text(&water_line(water))) "." } }
         @for test in &inspection.tests { (one_test(test, inspection.contact_threshold_mn)) }
+        (glossary())
         (origin(inspection))
     };
     document(&title, SWATCHES, &body)
@@ -81,14 +82,14 @@ fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
         @if !test.notes.is_empty() { ul { @for note in &test.notes { li { (text(note)) } } } }
         (forces(test))
         (legend())
-        @if let Some(f) = figures::as_read(test) { figure { (PreEscaped(f)) } }
-        @for figure in figures::whole(test) { figure { (PreEscaped(figure)) } }
+        @if let Some(f) = figures::as_read(test) { (shapes(&f)) }
+        @for figure in figures::whole(test) { (shapes(&figure)) }
         div.pair {
             @if let Some(f) = figures::loading(test) { (PreEscaped(f)) }
             @if let Some(f) = figures::holds(test) { (PreEscaped(f)) }
         }
         p.caption {
-            "Left: median and quartiles of the specimens. Right: medians, cycle 1 black with its quartiles, the last \
+            "Left: median and quartiles of the specimens. Right: medians, cycle 1 in the colour of the letters with its quartiles, the last \
              cycle red, those between blue. The hold is divided into the last \
              decade of time before its end (late), the decade before that (middle) and what is earlier."
         }

@@ -3,13 +3,14 @@
 use super::water::WaterContent;
 use crate::data::{Estimate, Phase, Quartiles};
 use crate::noise::correlated::Autocorrelation;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON layout.
 pub const SCHEMA: &str = "poropunch.inspection/1";
 
 /// All that was read from some measurements.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Inspection {
     /// [`SCHEMA`].
     pub schema: String,
@@ -26,7 +27,7 @@ pub struct Inspection {
 }
 
 /// One test.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TestInspection {
     /// Its name.
     pub name: String,
@@ -77,7 +78,7 @@ pub struct PhaseCurve {
 }
 
 /// One cycle. Quartiles are over the specimens.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CycleInspection {
     /// Counted from 1.
     pub number: usize,
@@ -126,7 +127,7 @@ pub struct CycleInspection {
 }
 
 /// Force some time after the end of the ramp.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ForceAfter {
     /// Time after the end of the ramp (s).
     pub after_s: f64,
@@ -135,7 +136,7 @@ pub struct ForceAfter {
 }
 
 /// Force while the punch is pulled off.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Retraction {
     /// Smallest force (mN).
     pub minimum_mn: Quartiles,
@@ -146,7 +147,7 @@ pub struct Retraction {
 }
 
 /// First touch.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ContactInspection {
     /// Displacement at which the force passes the threshold above that off contact (mm).
     pub threshold_mm: Quartiles,
@@ -159,7 +160,7 @@ pub struct ContactInspection {
 }
 
 /// Where noise was told from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseSource {
     /// Punch in the air.
@@ -169,7 +170,7 @@ pub enum NoiseSource {
 }
 
 /// Noise of the force.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseInspection {
     /// White part of one specimen's samples (mN).
     pub white_mn: Option<Estimate>,
@@ -197,7 +198,7 @@ pub struct NoiseInspection {
 }
 
 /// A faster test against the slowest, in one cycle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Ratio {
     /// Name of the faster test.
     pub test: String,
@@ -216,7 +217,7 @@ pub struct Ratio {
 }
 
 /// A ratio; its uncertainty is known where both tests have specimens.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RatioValue {
     /// Ratio (-).
     pub value: f64,

@@ -174,10 +174,9 @@ fn ratios(out: &mut String, ratios: &[Ratio]) {
     let rows: Vec<Vec<String>> = ratios.iter().map(row).collect();
     // The columns begin with an empty line of their own.
     out.truncate(out.trim_end().len() + 1);
-    let header =
-        ["tests", "cycle", "rate", "peak", "end of hold (amplitude)", "peak / end of hold (rate effect)"];
+    let header = ["tests", "cycle", "rate", "peak", "end of hold", "peak / end of hold"];
     columns(out, header, &rows);
-    out.push('\n');
+    out.push_str("The end of the hold tells the amplitude, peak / end of hold the effect of the rate.\n\n");
 }
 
 /// `1.061 +- 0.055`.

@@ -2,6 +2,7 @@
 
 use crate::data::Estimate;
 use crate::data::measurement::standard_deviation;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use thiserror::Error;
@@ -79,7 +80,7 @@ pub enum WaterMeasurement {
 }
 
 /// Water and solid of a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WaterContent {
     /// Mass fraction of water, (m_wet - m_dry) / m_wet (-).
     pub water_fraction: Estimate,

@@ -63,6 +63,22 @@ impl Observation {
         Ok(Self { measurement, protocol, time_s, phases, cycle, cycles, factors, left_out: None })
     }
 
+    /// The same on a surface that lies `up_m` higher, with `tare_n` taken off the force.
+    ///
+    /// # Errors
+    /// When the motion then starts inside the sample.
+    pub fn moved(&self, up_m: f64, tare_n: f64) -> Result<Self, ObservationError> {
+        let mut moved = self.clone();
+        let m = &mut moved.measurement;
+        m.displacement_m.iter_mut().for_each(|d| *d += up_m);
+        m.force_n.iter_mut().chain(m.specimens_n.iter_mut().flatten()).for_each(|f| *f -= tare_n);
+        m.quartiles_n.iter_mut().flatten().for_each(|q| *q = (q.0 - tare_n, q.1 - tare_n));
+        check_motion(m, None)?;
+        let points = self.protocol.points().iter().map(|(t, d)| (*t, d + up_m)).collect();
+        moved.protocol = Arc::new(Protocol::new(points)?);
+        Ok(moved)
+    }
+
     /// The same up to the end of the first hold.
     ///
     /// # Errors

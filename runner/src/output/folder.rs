@@ -3,6 +3,7 @@
 //! `.poropunch` in the directory is locked as long as the run lasts, and lists the run's files. A later run of the same
 //! command begins by removing those of them that still carry the mark, so that a run that is stopped leaves no mixture.
 
+use super::guard::is_input;
 use super::mark::{has_mark, words};
 use super::{OutputError, reason, write_file};
 use std::fs::{File, OpenOptions, TryLockError};
@@ -28,7 +29,7 @@ impl Folder {
         let (folder, listed) = Self::lock(path, command)?;
         for name in listed {
             let file = path.join(&name);
-            if file.is_file() && has_mark(&file).unwrap_or(false) {
+            if file.is_file() && has_mark(&file).unwrap_or(false) && !is_input(&file) {
                 std::fs::remove_file(&file).map_err(|e| OutputError { file, reason: reason(&e) })?;
             }
         }

@@ -5,6 +5,7 @@
 //! | CSV and plain text | first line `# written by poropunch VERSION` |
 //! | JSON | first field `"written_by": "poropunch VERSION"` |
 //! | HTML, SVG, PVD, Markdown | `<!-- written by poropunch VERSION -->` in front, after a doctype or an XML declaration |
+//! | manual page | first line `.\" written by poropunch VERSION` |
 //! | FMU | comment of the zip archive, at its end |
 
 use std::borrow::Cow;
@@ -16,6 +17,8 @@ use std::path::Path;
 const WORDS: &str = "written by poropunch ";
 /// The same in JSON.
 const FIELD: &str = "\"written_by\": \"poropunch ";
+/// A comment in a manual page.
+const ROFF: &str = ".\\\" ";
 /// Bytes at the beginning and at the end of a file in which its mark stands.
 const REACH: usize = 256;
 
@@ -41,6 +44,7 @@ pub fn marked<'a>(file: &Path, contents: &'a [u8]) -> Cow<'a, [u8]> {
             _ => Cow::Borrowed(contents),
         },
         "html" | "svg" | "md" | "pvd" => with(prolog(contents), &format!("<!-- {} -->\n", words())),
+        "1" => with(0, &format!("{ROFF}{}\n", words())),
         _ => with(0, &format!("# {}\n", words())),
     }
 }
@@ -85,7 +89,10 @@ fn is_mark(head: &[u8], tail: &[u8]) -> bool {
     let starts = |text: &str, mark: &str| text.trim_start().starts_with(mark);
     let after_prolog = head.get(prolog(head.as_bytes())..).unwrap_or("");
     let first_field = head.strip_prefix('{').unwrap_or("");
-    head.starts_with(&format!("# {WORDS}")) || starts(after_prolog, &comment) || starts(first_field, FIELD)
+    let comments = ["# ", ROFF].map(|comment| format!("{comment}{WORDS}"));
+    comments.iter().any(|c| head.starts_with(c))
+        || starts(after_prolog, &comment)
+        || starts(first_field, FIELD)
 }
 
 #[cfg(test)]
@@ -94,7 +101,8 @@ mod tests {
 
     #[test]
     fn every_kind_is_marked_once_and_recognised() {
-        let cases: [(&str, &[u8]); 8] = [
+        let cases: [(&str, &[u8]); 9] = [
+            ("a.1", b".TH a\n"),
             ("a.csv", b"time_s\n1\n"),
             ("a.json", b"{\n  \"x\": 1\n}"),
             ("a.json", b"{\"x\":1}"),

@@ -30,6 +30,8 @@ pub struct MeasuredCurve {
     pub measured_mn: Vec<f64>,
     /// Spread between specimens (mN).
     pub spread_mn: Option<Vec<f64>>,
+    /// Force of each specimen.
+    pub specimens: Vec<SpecimenCurve>,
     /// Standard deviation of each point (mN); empty if unknown.
     pub sigma_mn: Vec<f64>,
     /// Squared difference in units of its covariance; in mN^2 if that is unknown.
@@ -82,6 +84,8 @@ pub struct Assembly<'a> {
     pub settings: Vec<Setting>,
     /// Parameters that were not fitted.
     pub assumptions: Vec<Assumption>,
+    /// Contact points and load cells' zeros that were.
+    pub nuisances: Vec<NuisanceRow>,
 }
 
 impl Assembly<'_> {
@@ -110,6 +114,7 @@ impl Assembly<'_> {
             parameters: statistics.estimates.iter().map(row).collect(),
             fixed: self.fixed,
             assumptions: self.assumptions,
+            nuisances: self.nuisances,
             derived: derived
                 .iter()
                 .map(|d| DerivedRow {
@@ -241,6 +246,7 @@ impl MeasuredCurve {
             displacement_mm: self.displacement_mm,
             measured_mn: self.measured_mn,
             spread_mn: self.spread_mn,
+            specimens: self.specimens,
             sigma_mn: self.sigma_mn,
             model_mn: self.model_mn,
             model_solid_mn: self.model_solid_mn,

@@ -1,20 +1,20 @@
 //! The figures of the page: the paper's Fig. 6 A-C and Fig. 7, residuals, starts.
 
 use super::fit_report::*;
-use super::plot::{Axis, Chart, Mark, palette};
+use super::plot::{Axis, Chart, Mark, Shapes, palette};
 
 const WIDE: (f64, f64) = (1000.0, 330.0);
 const HALF: (f64, f64) = (490.0, 340.0);
 
 /// Fig. 6 A: absolute force against time, measured (spread, points) and model (line).
-pub(super) fn absolute_force(report: &FitReport) -> String {
+pub(super) fn absolute_force(report: &FitReport) -> Shapes {
     let chart = Chart::new(
         "A  Force against time",
         Axis::linear("time since contact (s)"),
         Axis::linear("force (mN)"),
         WIDE,
     );
-    forces(report, chart, f64::NEG_INFINITY, f64::INFINITY).to_svg()
+    Shapes::of(&forces(report, chart, f64::NEG_INFINITY, f64::INFINITY))
 }
 
 /// Fig. 6 B: the loading peak.
@@ -44,8 +44,14 @@ fn forces(report: &FitReport, mut chart: Chart, from: f64, to: f64) -> Chart {
                 |sign: f64| measured.iter().zip(&spread).map(|(f, s)| f + sign * s).collect::<Vec<_>>();
             chart = chart.with(None, colour, Mark::Band(edge(1.0)), &time, &edge(-1.0));
         }
-        chart = chart.with(None, colour, Mark::Points, &time, &measured);
-        chart = chart.with(Some(&m.name), colour, Mark::Line, &time, &model);
+        for specimen in &m.specimens {
+            chart = chart.with(None, colour, Mark::Thin, &time, &pick(&specimen.force_mn));
+        }
+        chart = chart
+            .with(None, colour, Mark::Points, &time, &measured)
+            .told(&format!("{} measured", m.name))
+            .with(Some(&m.name), colour, Mark::Line, &time, &model)
+            .told(&format!("{} model", m.name));
     }
     chart
 }
@@ -69,7 +75,9 @@ pub(super) fn normalised_relaxation(report: &FitReport) -> String {
             |f: &[f64], peak_force: f64| -> Vec<f64> { f[first..].iter().map(|v| v / peak_force).collect() };
         chart = chart
             .with(None, colour, Mark::Points, &time, &over(&m.measured_mn, m.peak_mn.measured))
-            .with(Some(&m.name), colour, Mark::Line, &time, &over(&m.model_mn, m.peak_mn.model));
+            .told(&format!("{} measured", m.name))
+            .with(Some(&m.name), colour, Mark::Line, &time, &over(&m.model_mn, m.peak_mn.model))
+            .told(&format!("{} model", m.name));
     }
     chart.to_svg()
 }
@@ -90,6 +98,7 @@ pub(super) fn solid_and_fluid(report: &FitReport) -> Vec<String> {
         );
         let chart = chart
             .with(None, palette::GREY, Mark::Points, &time, &pick(&m.measured_mn))
+            .told("measured")
             .with(Some("fluid"), palette::SKY, Mark::Line, &time, &pick(fluid))
             .with(Some("solid"), palette::GREEN, Mark::Line, &time, &pick(solid))
             .with(Some("total"), palette::INK, Mark::Line, &time, &pick(&m.model_mn));
@@ -123,7 +132,11 @@ pub(super) fn residuals(report: &FitReport) -> Vec<String> {
             let n = time.len();
             chart = chart.with(None, palette::GREY, Mark::Band(vec![2.0; n]), &time, &vec![-2.0; n]);
         }
-        chart.with_reference(0.0).with(None, palette::measurement(i), Mark::Points, &time, &values).to_svg()
+        chart
+            .with_reference(0.0)
+            .with(None, palette::measurement(i), Mark::Points, &time, &values)
+            .told("difference")
+            .to_svg()
     };
     report.measurements.iter().enumerate().map(draw).collect()
 }
@@ -149,6 +162,7 @@ pub(super) fn profiles(report: &FitReport) -> Vec<String> {
         chart
             .with(None, palette::BLUE, Mark::Line, &x, &y)
             .with(None, palette::BLUE, Mark::Points, &x, &y)
+            .told("rise")
             .to_svg()
     };
     report.profiles.iter().map(draw).collect()

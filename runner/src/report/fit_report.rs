@@ -6,6 +6,7 @@ use crate::assumption::Assumption;
 use crate::fit::{StartRecord, StopReason};
 use crate::inference::Finding;
 use crate::inference::statistics::{BoundSide, Determination};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Name and version of the schema. The number grows when a field changes its meaning or goes; new fields
@@ -13,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub const SCHEMA: &str = "poropunch.fit-report/1";
 
 /// Everything that is known about a fit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FitReport {
     /// [`SCHEMA`].
     pub schema: String,
@@ -34,6 +35,9 @@ pub struct FitReport {
     /// What the result rests on: every parameter that was not fitted, given or assumed.
     #[serde(default)]
     pub assumptions: Vec<Assumption>,
+    /// Contact points and load cells' zeros that were fitted with the parameters.
+    #[serde(default)]
+    pub nuisances: Vec<NuisanceRow>,
     /// Quantities computed from the parameters.
     pub derived: Vec<DerivedRow>,
     /// How much better values are known from everything than from the first loading and hold of each test; empty
@@ -69,7 +73,7 @@ pub struct FitReport {
 }
 
 /// The result in words.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Verdict {
     /// One sentence.
     pub headline: String,
@@ -82,7 +86,7 @@ pub struct Verdict {
 }
 
 /// How well a value is known: half-widths of its 95 % interval in ln(value).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GainRow {
     /// Symbol, plain text.
     pub symbol: String,
@@ -93,7 +97,7 @@ pub struct GainRow {
 }
 
 /// How chi^2 rises when a value is given and everything else is fitted.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ProfileRow {
     /// Full name.
     pub name: String,
@@ -118,7 +122,7 @@ pub struct ProfileRow {
 }
 
 /// A free parameter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterRow {
     /// Full name.
     pub name: String,
@@ -153,8 +157,23 @@ pub struct ParameterRow {
     pub profiled: bool,
 }
 
+/// What a test does not say itself and no law of the material is: where its surface is, what its load cell reads without load.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NuisanceRow {
+    /// What, of which test.
+    pub name: String,
+    /// Unit of all values in this row.
+    pub unit: String,
+    /// How much higher the surface lies, or the load cell reads, than was read from the file (and told there).
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub lower: f64,
+    /// Upper end of the 95 % interval.
+    pub upper: f64,
+}
+
 /// A parameter that was not fitted.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FixedRow {
     /// Full name.
     pub name: String,
@@ -169,7 +188,7 @@ pub struct FixedRow {
 }
 
 /// A quantity computed from the parameters.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DerivedRow {
     /// Full name.
     pub name: String,
@@ -192,7 +211,7 @@ pub struct DerivedRow {
 }
 
 /// Correlation matrix, in the order of the parameters.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Correlation {
     /// Symbols of the rows and columns.
     pub symbols: Vec<String>,
@@ -201,7 +220,7 @@ pub struct Correlation {
 }
 
 /// What a measurement was used for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
     /// The parameters were fitted to it.
@@ -211,7 +230,7 @@ pub enum Role {
 }
 
 /// A measured number and the model's.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Pair {
     /// From the data.
     pub measured: f64,
@@ -220,7 +239,7 @@ pub struct Pair {
 }
 
 /// A measurement with the model's curve. All series have the length of `time_s`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MeasurementResult {
     /// Short name, e.g. `P2`.
     pub name: String,
@@ -240,6 +259,9 @@ pub struct MeasurementResult {
     pub measured_mn: Vec<f64>,
     /// Spread between specimens (standard deviation) (mN).
     pub spread_mn: Option<Vec<f64>>,
+    /// Force of each specimen (mN), where the file has them.
+    #[serde(default)]
+    pub specimens: Vec<SpecimenCurve>,
     /// Standard deviation of each measured point (mN); empty if unknown.
     pub sigma_mn: Vec<f64>,
     /// Model's force (mN).
@@ -262,8 +284,17 @@ pub struct MeasurementResult {
     pub relaxation_percent: Pair,
 }
 
+/// A specimen's curve.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SpecimenCurve {
+    /// Its name.
+    pub name: String,
+    /// Force (mN) at the times of the measurement.
+    pub force_mn: Vec<f64>,
+}
+
 /// Ratio of two measurements' peak forces.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Ratio {
     /// What, e.g. `peak P2 / peak P1`.
     pub name: String,
@@ -272,7 +303,7 @@ pub struct Ratio {
 }
 
 /// How the fit went.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FitSummary {
     /// Why it ended.
     pub stop: StopReason,
@@ -302,7 +333,7 @@ pub struct FitSummary {
 }
 
 /// What the fit cost.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct RunStatistics {
     /// Simulations made.
     pub runs: usize,
@@ -321,7 +352,7 @@ pub struct RunStatistics {
 }
 
 /// chi^2 after an iteration.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IterationRow {
     /// Its number; 0 is the start.
     pub iteration: usize,
@@ -336,7 +367,7 @@ pub struct IterationRow {
 }
 
 /// A setting worth keeping.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Setting {
     /// Name.
     pub name: String,

@@ -2,7 +2,9 @@
 
 use super::figures;
 use super::fit_report::*;
-use super::plot::{exponent, heat_map, interval_bar, pretty};
+use super::glossary::{glossary, meaning};
+use super::labels::labelled;
+use super::plot::{Shapes, exponent, heat_map, interval_bar, pretty};
 use super::posterior::section;
 use crate::assumption::Assumption;
 use crate::inference::statistics::{BoundSide, Determination};
@@ -16,6 +18,7 @@ pub fn page(report: &FitReport) -> String {
         (verdict(&report.verdict))
         (parameters(report))
         (derived(report))
+        (nuisances(report))
         (profiles(report))
         @if let Some(posterior) = &report.posterior { (section(posterior)) }
         (gains(report))
@@ -26,9 +29,18 @@ pub fn page(report: &FitReport) -> String {
         (correlation(report))
         (course(report))
         (assumed(&report.assumptions))
+        (glossary())
         (origin(report))
     };
     document(&report.title, "", &body)
+}
+
+/// A figure over the whole page, and its narrow shape for narrow screens.
+pub fn shapes(figure: &Shapes) -> Markup {
+    html! {
+        figure.wide { (PreEscaped(&figure.wide)) }
+        figure.narrow { (PreEscaped(&figure.narrow)) }
+    }
 }
 
 /// A self-contained page with the common style and `more` of its own.
@@ -42,7 +54,10 @@ pub fn document(title: &str, more: &str, body: &Markup) -> String {
                 title { (title) }
                 style { (PreEscaped(include_str!("style.css"))) (PreEscaped(more)) }
             }
-            body { (body) }
+            body {
+                (PreEscaped(labelled(&body.0)))
+                script { (PreEscaped(include_str!("script.js"))) }
+            }
         }
     };
     markup.into_string()
@@ -128,7 +143,7 @@ fn parameters(report: &FitReport) -> Markup {
                 th { "known to" } th { "name" }
             } }
             tbody {
-                @for p in &report.parameters { tr {
+                @for p in in_order_of_time(report) { tr {
                     td.symbol { (pretty(&p.symbol)) }
                     td.number { (set(p.value, 4)) }
                     td { (pretty(&p.unit)) }
@@ -143,14 +158,14 @@ fn parameters(report: &FitReport) -> Markup {
                             None => "",
                         }
                     }
-                    td.name { (p.name) }
+                    td.name { (p.name) span.meaning { (meaning(&p.name)) } }
                 } }
                 @for f in &report.fixed { tr {
                     td.symbol { (pretty(&f.symbol)) }
                     td.number { (set(f.value, 4)) }
                     td { (pretty(&f.unit)) }
                     td.meta colspan="3" { (f.how) }
-                    td.name { (f.name) }
+                    td.name { (f.name) span.meaning { (meaning(&f.name)) } }
                 } }
             }
         }
@@ -164,6 +179,26 @@ fn parameters(report: &FitReport) -> Markup {
              interval reaches the bound, so the data set no limit on that side."
         }
     }
+}
+
+/// Parameters with those of the fastest branch first, whatever its number is.
+fn in_order_of_time(report: &FitReport) -> Vec<&ParameterRow> {
+    let branch = |p: &ParameterRow| -> Option<usize> {
+        p.name.strip_prefix("material.branch[")?.split_once(']')?.0.parse().ok()
+    };
+    let time = |k: usize| {
+        let symbol = format!("tau_{k}");
+        report.derived.iter().find(|d| d.symbol == symbol).map_or(f64::INFINITY, |d| d.value)
+    };
+    let mut rows: Vec<&ParameterRow> = report.parameters.iter().collect();
+    let places: Vec<usize> = (0..rows.len()).filter(|&i| branch(rows[i]).is_some()).collect();
+    let mut branches: Vec<&ParameterRow> = places.iter().map(|&i| rows[i]).collect();
+    branches.sort_by(|a, b| {
+        let key = |p: &ParameterRow| branch(p).map_or(f64::INFINITY, time);
+        key(a).total_cmp(&key(b))
+    });
+    places.into_iter().zip(branches).for_each(|(i, row)| rows[i] = row);
+    rows
 }
 
 fn derived(report: &FitReport) -> Markup {
@@ -193,13 +228,34 @@ fn derived(report: &FitReport) -> Markup {
     }
 }
 
+fn nuisances(report: &FitReport) -> Markup {
+    html! {
+        @if !report.nuisances.is_empty() {
+            h2 { "Zeros that were fitted" }
+            table {
+                thead { tr { th { "" } th.number { "higher by" } th { "unit" } th { "95 % interval" } } }
+                tbody { @for n in &report.nuisances { tr {
+                    td { (n.name) }
+                    td.number { (set(n.value, 3)) }
+                    td { (n.unit) }
+                    td { (set(n.lower, 3)) " … " (set(n.upper, 3)) }
+                } } }
+            }
+            p.caption {
+                "Unknowns of each test, found with the parameters, whose intervals include what is not known of them: how much higher \
+                 the surface lies, and the load cell reads without load, than was read from the file. The curves below are corrected."
+            }
+        }
+    }
+}
+
 fn profiles(report: &FitReport) -> Markup {
     html! {
         @if !report.profiles.is_empty() {
             h2 { "Profiles of the likelihood" }
-            @for figure in figures::profiles(report) { (PreEscaped(figure)) }
+            div.pair { @for figure in figures::profiles(report) { (PreEscaped(figure)) } }
             p.caption {
-                "Rise of chi^2 when a value is given and everything else is fitted; the interval ends where it passes the line. Made \
+                "Rise of χ² when a value is given and everything else is fitted; the interval ends where it passes the line. Made \
                  where asked for, and where the linearised interval is open or curved."
             }
         }
@@ -230,13 +286,14 @@ fn gains(report: &FitReport) -> Markup {
 fn curves(report: &FitReport) -> Markup {
     html! {
         h2 { "Measured and model" }
-        figure { (PreEscaped(figures::absolute_force(report))) }
+        (shapes(&figures::absolute_force(report)))
         div.pair {
             (PreEscaped(figures::loading_peak(report)))
             (PreEscaped(figures::normalised_relaxation(report)))
         }
         p.caption {
             "Points: measured"
+            @if report.measurements.iter().any(|m| !m.specimens.is_empty()) { "; thin lines: every specimen" }
             @if report.measurements.iter().any(|m| m.spread_mn.is_some()) { "; band: ± one standard deviation between specimens" }
             "; line: model. "
             @for m in &report.measurements {

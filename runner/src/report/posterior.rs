@@ -4,11 +4,12 @@ use super::plot::{escape, palette, pretty};
 use crate::inference::posterior::{Method, Posterior};
 use crate::inference::wording::significant;
 use maud::{Markup, PreEscaped, html};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
 /// What is known of all values together: draws from the posterior, in the units that stand beside them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PosteriorReport {
     /// How the draws were made.
     pub method: Method,
@@ -27,7 +28,7 @@ pub struct PosteriorReport {
 }
 
 /// One value's share of the posterior.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PosteriorRow {
     /// Full name.
     pub name: String,

@@ -3,12 +3,13 @@
 use super::fit_report::*;
 use crate::inference::statistics::{BoundSide, Determination};
 use crate::inference::wording::{significant, spread};
+use crate::text::{WIDTH, wrapped};
 use std::fmt::Write;
 
-/// The report as plain text of at most 100 columns or so.
+/// The report as plain text.
 pub fn table(report: &FitReport) -> String {
     let mut out = format!("{}\n{}\n\n", report.title, "=".repeat(report.title.chars().count()));
-    wrap(&mut out, "", &report.verdict.headline);
+    paragraph(&mut out, "", &report.verdict.headline);
     section(&mut out, "Not determined", &report.verdict.undetermined);
     section(&mut out, "Mind", &report.verdict.warnings);
 
@@ -28,6 +29,15 @@ pub fn table(report: &FitReport) -> String {
         })
         .collect();
     columns(&mut out, ["derived", "value", "95 % interval", "known to", "formula"], &derived);
+    let nuisances: Vec<Vec<String>> = report
+        .nuisances
+        .iter()
+        .map(|n| {
+            let range = format!("{} .. {}", significant(n.lower, 3), significant(n.upper, 3));
+            vec![n.name.clone(), value(n.value, &n.unit), range]
+        })
+        .collect();
+    columns(&mut out, ["beyond what was read", "higher by", "95 % interval"], &nuisances);
     let pair =
         |p: Pair, digits| format!("{} / {}", significant(p.measured, digits), significant(p.model, digits));
     let measurements: Vec<Vec<String>> = report
@@ -39,16 +49,12 @@ pub fn table(report: &FitReport) -> String {
                 format!("{} ({role})", m.name),
                 format!("{} mN", pair(m.peak_mn, 4)),
                 format!("{} %", pair(m.relaxation_percent, 3)),
-                format!(
-                    "{} ({} per point)",
-                    significant(m.chi_square, 4),
-                    significant(m.chi_square_per_point, 3)
-                ),
+                format!("{} ({})", significant(m.chi_square, 4), significant(m.chi_square_per_point, 3)),
                 format!("{} mN", significant(m.rms_mn, 2)),
             ]
         })
         .collect();
-    let header = ["measured / model", "peak force", "relaxation", "chi^2", "rms difference"];
+    let header = ["measured / model", "peak force", "relaxation", "chi^2 (per point)", "rms"];
     columns(&mut out, header, &measurements);
     for ratio in &report.ratios {
         let _ = writeln!(out, "{}: {}", ratio.name, pair(ratio.value, 4));
@@ -120,26 +126,17 @@ fn section(out: &mut String, heading: &str, items: &[String]) {
     }
     let _ = writeln!(out, "\n{heading}:");
     for item in items {
-        wrap(out, "  - ", item);
+        paragraph(out, "  - ", item);
     }
 }
 
-/// Writes a paragraph in lines of at most 96 columns.
-fn wrap(out: &mut String, lead: &str, text: &str) {
-    let indent = " ".repeat(lead.len());
-    let mut line = lead.to_owned();
-    for word in text.split_whitespace() {
-        if line.chars().count() + word.chars().count() > 96 {
-            let _ = writeln!(out, "{}", line.trim_end());
-            line = indent.clone();
-        }
-        line.push_str(word);
-        line.push(' ');
-    }
-    let _ = writeln!(out, "{}", line.trim_end());
+/// Writes a paragraph.
+fn paragraph(out: &mut String, lead: &str, text: &str) {
+    let _ = writeln!(out, "{}", wrapped(&format!("{lead}{text}"), lead.trim_start().len()));
 }
 
-/// Appends rows under a header, each column as wide as its widest cell.
+/// Appends rows under a header, each column as wide as its widest cell. What does not fit beside each other follows below, the
+/// first column once more in front.
 pub(crate) fn columns<const N: usize>(out: &mut String, header: [&str; N], rows: &[Vec<String>]) {
     if rows.is_empty() {
         return;
@@ -148,13 +145,21 @@ pub(crate) fn columns<const N: usize>(out: &mut String, header: [&str; N], rows:
         let cells = rows.iter().map(|r| r[j].chars().count());
         cells.chain([header[j].chars().count()]).max().unwrap_or(0)
     };
-    let mut write = |cells: &mut dyn Iterator<Item = &str>| {
-        let line: String = cells.enumerate().map(|(j, cell)| format!("{cell:<w$}  ", w = width(j))).collect();
+    let mut write = |block: &[usize], cells: &dyn Fn(usize) -> String| {
+        let line: String = block.iter().map(|&j| format!("{:<w$}  ", cells(j), w = width(j))).collect();
         let _ = writeln!(out, "{}", line.trim_end());
     };
-    write(&mut std::iter::once(""));
-    write(&mut header.iter().copied());
-    for row in rows {
-        write(&mut row.iter().map(String::as_str));
+    let mut next = 0;
+    while next < N {
+        let mut block: Vec<usize> = if next == 0 { vec![] } else { vec![0] };
+        let mut room = WIDTH + 2 - block.iter().map(|&j| width(j) + 2).sum::<usize>().min(WIDTH);
+        while next < N && (width(next) + 2 <= room || block.len() < 2) {
+            block.push(next);
+            room = room.saturating_sub(width(next) + 2);
+            next += 1;
+        }
+        write(&[], &|_| String::new());
+        write(&block, &|j| header[j].to_owned());
+        rows.iter().for_each(|row| write(&block, &|j| row[j].clone()));
     }
 }

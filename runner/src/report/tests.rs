@@ -23,6 +23,7 @@ fn curve(name: &str, role: Role, amplitude: f64) -> MeasuredCurve {
         displacement_mm: time_s.iter().map(|&t| (10.0 * t).min(1.0)).collect(),
         measured_mn: model_mn.iter().enumerate().map(|(i, f)| f + noise(i)).collect(),
         spread_mn: Some(vec![0.2; 120]),
+        specimens: vec![SpecimenCurve { name: "s01".into(), force_mn: vec![1.0; 120] }],
         sigma_mn: vec![SIGMA; 120],
         chi_square: 120.0,
         model_solid_mn: Some(model_mn.iter().map(|f| 0.7 * f).collect()),
@@ -69,6 +70,7 @@ fn report() -> FitReport {
         runs: RunStatistics { runs: 40, cache_hits: 3, failed: 1, ..RunStatistics::default() },
         starts: vec![],
         assumptions: vec![],
+        nuisances: vec![],
         settings: vec![],
     }
     .build()
@@ -112,12 +114,48 @@ fn json_round_trip_is_exact_and_versioned() {
 fn the_page_is_self_contained_and_escaped() {
     let html = page(&report());
     assert!(html.contains("made for a test &lt;b&gt;"));
-    for outside in ["<script", "src=", "href=", "@import", "url("] {
+    for outside in ["<script ", " src=", "<link", " href=\"", "@import", "url(http"] {
         assert!(!html.contains(outside), "{outside}");
     }
-    // Fig. 6 A-C, two of Fig. 7, two residual plots, heat map, two interval bars.
-    assert_eq!(html.matches("<svg").count(), 10);
+    // Fig. 6 A (also narrow), B, C, two of Fig. 7, two residual plots, heat map, two interval bars.
+    assert_eq!(html.matches("<svg").count(), 11);
     assert!(html.contains("μ₁") && html.contains("Synthetic data") && !html.contains("NaN"));
+}
+
+#[test]
+fn the_page_explains_its_words_and_fits_narrow_and_dark_screens() {
+    let html = page(&report());
+    for part in [
+        "prefers-color-scheme: dark",
+        "max-width: 620px",
+        "data-label=\"95 % interval\"",
+        "<dt>evidence</dt>",
+        "every specimen",
+    ] {
+        assert!(html.contains(part), "no {part}");
+    }
+    // Two tests with one specimen each, in both shapes of Fig. 6 A and in B.
+    assert_eq!(html.matches("stroke-opacity=\"0.3\"").count(), 6);
+    // What the script reads stands in the figures: axes and what each series is.
+    assert!(html.contains("data-x=\"log ") && html.contains("data-told=\"P2 measured\""));
+}
+
+#[test]
+fn the_fastest_branch_comes_first() {
+    let mut report = report();
+    for (k, p) in report.parameters.iter_mut().enumerate() {
+        p.name = format!("material.branch[{}].eta", k + 1);
+    }
+    let times = [("tau_1", 5.0), ("tau_2", 0.1)];
+    let derived = report.derived[0].clone();
+    report.derived.extend(times.map(|(s, value)| DerivedRow {
+        symbol: s.to_owned(),
+        value,
+        ..derived.clone()
+    }));
+    let html = page(&report);
+    let at = |name: &str| html.find(name).unwrap();
+    assert!(at("material.branch[2].eta") < at("material.branch[1].eta"));
 }
 
 #[test]
@@ -130,7 +168,7 @@ fn tables_hold_every_number_once() {
     assert_eq!(parameters.lines().count(), 1 + 3);
     assert!(parameters.lines().all(|l| l.split(',').count() == 10), "{parameters}");
     let text = table(&report);
-    assert!(text.contains("Not determined:") && text.contains("not determined  material.alpha"), "{text}");
+    assert!(text.contains("Not determined:") && text.contains("material.alpha"), "{text}");
 }
 
 #[test]
@@ -158,6 +196,7 @@ fn curves_of_different_length_are_refused() {
         runs: RunStatistics::default(),
         starts: vec![],
         assumptions: vec![],
+        nuisances: vec![],
         settings: vec![],
     };
     assert!(assembly.build().is_err());

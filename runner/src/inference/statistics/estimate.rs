@@ -2,10 +2,11 @@
 
 use super::{DETERMINED_HALF_WIDTH, UNDETERMINED_HALF_WIDTH};
 use crate::inference::parameter::{FitParameter, Transform};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A 95 % interval, within the parameter's bounds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Interval {
     /// Lower end.
     pub lower: f64,
@@ -14,7 +15,7 @@ pub struct Interval {
 }
 
 /// How well a value is known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Determination {
     /// To a quarter or better.
@@ -39,7 +40,7 @@ impl Determination {
 }
 
 /// End of the admissible range at which a value sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BoundSide {
     /// The lower bound of the value.

@@ -39,6 +39,8 @@ impl Axis {
 pub enum Mark {
     /// A line.
     Line,
+    /// A thin, pale line, one of many.
+    Thin,
     /// A dashed line.
     Dashed,
     /// Open circles.
@@ -52,6 +54,8 @@ pub enum Mark {
 pub struct Series {
     /// Written at the end of the curve; none for series that the caption explains.
     pub label: Option<String>,
+    /// What a reader who points at it is told; the label where there is none.
+    pub told: Option<String>,
     /// Colour, e.g. from [`palette`].
     pub colour: &'static str,
     /// Abscissae.
@@ -100,7 +104,16 @@ impl Chart {
         y: &[f64],
     ) -> Self {
         let label = label.map(str::to_owned);
-        self.series.push(Series { label, colour, x: x.to_vec(), y: y.to_vec(), mark });
+        self.series.push(Series { label, told: None, colour, x: x.to_vec(), y: y.to_vec(), mark });
+        self
+    }
+
+    /// Tells a reader who points at the last series what it is.
+    #[must_use]
+    pub fn told(mut self, text: &str) -> Self {
+        if let Some(series) = self.series.last_mut() {
+            series.told = Some(text.to_owned());
+        }
         self
     }
 
@@ -126,14 +139,23 @@ impl Chart {
         // Writing to a string cannot fail.
         let _ = write!(
             svg,
-            r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" font-family="Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif" font-size="12"><title>{0}</title><text x="{LEFT}" y="18" font-weight="600" font-size="13" fill="{ink}">{0}</text>"#,
+            r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" class="chart" data-x="{}" data-y="{}" font-family="Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif" font-size="12"><title>{2}</title><text class="title" x="{LEFT}" y="18" font-weight="600" font-size="13" fill="{ink}">{2}</text>"#,
+            x.told(),
+            y.told(),
             escape(&pretty(&self.title)),
             ink = palette::INK,
         );
+        svg.push_str(r#"<g class="axes">"#);
         self.draw_axes(&mut svg, &x, &y, &frame);
+        svg.push_str(r#"</g><g class="plot">"#);
         for series in &self.series {
+            let told = series.told.as_ref().or(series.label.as_ref());
+            let told = told.map(|t| format!(r#" data-told="{}""#, escape(&pretty(t)))).unwrap_or_default();
+            let _ = write!(svg, "<g{told}>");
             draw_series(&mut svg, series, &x, &y);
+            svg.push_str("</g>");
         }
+        svg.push_str("</g>");
         self.draw_labels(&mut svg, &x, &y, &frame);
         svg.push_str("</svg>");
         svg
@@ -241,6 +263,23 @@ impl Chart {
     }
 }
 
+/// A figure over the whole width of a page, and for a narrow one, where its letters would become too small.
+#[derive(Debug, Clone)]
+pub struct Shapes {
+    /// As it was asked for.
+    pub wide: String,
+    /// Half as wide.
+    pub narrow: String,
+}
+
+impl Shapes {
+    /// Both shapes of a chart.
+    pub fn of(chart: &Chart) -> Self {
+        const NARROW: (f64, f64) = (490.0, 340.0);
+        Self { wide: chart.to_svg(), narrow: Chart { size: NARROW, ..chart.clone() }.to_svg() }
+    }
+}
+
 struct Frame {
     left: f64,
     right: f64,
@@ -263,10 +302,15 @@ fn draw_series(svg: &mut String, series: &Series, x: &Scale, y: &Scale) {
         points.filter_map(|(&a, &b)| Some((x.place(a)?, y.place_clamped(b)))).collect()
     };
     let path = |points: &[(f64, f64)]| {
-        points.iter().map(|(a, b)| format!("{a:.1},{b:.1}")).collect::<Vec<_>>().join(" ")
+        points.iter().map(|(a, b)| format!("{a:.2},{b:.2}")).collect::<Vec<_>>().join(" ")
     };
     let points = place(&series.y);
     let _ = match &series.mark {
+        Mark::Thin => write!(
+            svg,
+            r#"<polyline points="{}" fill="none" stroke="{colour}" stroke-opacity="0.3" stroke-width="0.8"/>"#,
+            path(&points)
+        ),
         Mark::Line | Mark::Dashed => {
             let dash = if matches!(series.mark, Mark::Dashed) { r#" stroke-dasharray="5 4""# } else { "" };
             write!(
@@ -279,7 +323,7 @@ fn draw_series(svg: &mut String, series: &Series, x: &Scale, y: &Scale) {
             let _ = write!(svg, r#"<g fill="white" stroke="{colour}" stroke-width="1.1">"#);
             let radius = if points.len() > 120 { 1.8 } else { 2.3 };
             for (a, b) in points {
-                let _ = write!(svg, r#"<circle cx="{a:.1}" cy="{b:.1}" r="{radius}"/>"#);
+                let _ = write!(svg, r#"<circle cx="{a:.2}" cy="{b:.2}" r="{radius}"/>"#);
             }
             write!(svg, "</g>")
         }

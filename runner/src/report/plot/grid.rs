@@ -12,7 +12,7 @@ pub fn heat_map(symbols: &[String], matrix: &[Vec<f64>]) -> String {
     let n = symbols.len() as f64;
     let (width, height) = (MARGIN + n * CELL + 4.0, n * CELL + 34.0);
     let mut svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" font-family="Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif" font-size="12"><title>correlation of the parameters</title>"#
+        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" class="cells" font-family="Helvetica Neue, Helvetica, Arial, Liberation Sans, sans-serif" font-size="12"><title>correlation of the parameters</title>"#
     );
     for (i, symbol) in symbols.iter().enumerate() {
         let label = escape(&pretty(symbol));
@@ -75,7 +75,7 @@ pub fn interval_bar(value: f64, interval: (f64, f64), bounds: (f64, f64), determ
     let (a, b) = (scale.place_clamped(low), scale.place_clamped(high));
     let colour = if determined { palette::BLUE } else { palette::VERMILION };
     format!(
-        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 160 16" width="160" height="16" role="img"><title>interval within the bounds</title><rect x="2" y="7" width="156" height="2" fill="#d5d9de"/><rect x="{a:.1}" y="5" width="{w:.1}" height="6" rx="3" fill="{colour}" fill-opacity="0.45"/><rect x="{v:.1}" y="2" width="2.4" height="12" fill="{colour}"/></svg>"##,
+        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 160 16" width="160" height="16" role="img" class="bar"><title>interval within the bounds</title><rect x="2" y="7" width="156" height="2" fill="#d5d9de"/><rect x="{a:.1}" y="5" width="{w:.1}" height="6" rx="3" fill="{colour}" fill-opacity="0.45"/><rect x="{v:.1}" y="2" width="2.4" height="12" fill="{colour}"/></svg>"##,
         w = (b - a).max(2.0),
         v = scale.place_clamped(magnitude(value)) - 1.2,
     )

@@ -9,7 +9,7 @@ mod grid;
 mod scale;
 mod symbols;
 
-pub use chart::{Axis, Chart, Mark, Series};
+pub use chart::{Axis, Chart, Mark, Series, Shapes};
 pub use grid::{heat_map, interval_bar};
 pub use scale::ScaleKind;
 pub(crate) use symbols::exponent;

@@ -12,6 +12,9 @@ pub enum ScaleKind {
     Log,
 }
 
+/// A logarithmic axis over a smaller ratio has the ticks of a linear one.
+const NARROW: f64 = 5.0;
+
 /// A range of data on a stretch of paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scale {
@@ -26,6 +29,12 @@ impl Scale {
         let is_finite = data.0.is_finite() && data.1.is_finite();
         let is_drawable = is_finite && data.0 < data.1 && (kind == ScaleKind::Linear || data.0 > 0.0);
         Self { kind, data: if is_drawable { data } else { (0.1, 1.0) }, paper }
+    }
+
+    /// The axis for the page's script: kind, range, place on paper.
+    pub(super) fn told(&self) -> String {
+        let kind = if self.kind == ScaleKind::Log { "log" } else { "linear" };
+        format!("{kind} {} {} {:.1} {:.1}", self.data.0, self.data.1, self.paper.0, self.paper.1)
     }
 
     fn transform(&self, value: f64) -> f64 {
@@ -52,6 +61,8 @@ impl Scale {
     pub(super) fn ticks(&self) -> Vec<(f64, Option<String>)> {
         match self.kind {
             ScaleKind::Linear => self.linear_ticks(),
+            // Between two powers there may be no label at all.
+            ScaleKind::Log if self.data.1 < NARROW * self.data.0 => self.linear_ticks(),
             ScaleKind::Log => self.log_ticks(),
         }
     }
@@ -122,6 +133,8 @@ mod tests {
         assert_eq!(labels(&scale), ["0.01", "0.1", "1", "10"]);
         let scale = Scale::new(ScaleKind::Log, (1e-6, 2e-5), (0.0, 300.0));
         assert_eq!(labels(&scale), ["10⁻⁶", "2·10⁻⁶", "5·10⁻⁶", "10⁻⁵", "2·10⁻⁵"]);
+        let scale = Scale::new(ScaleKind::Log, (2.3, 4.6), (0.0, 250.0));
+        assert_eq!(labels(&scale), ["2.5", "3.0", "3.5", "4.0", "4.5"]);
     }
 
     #[test]

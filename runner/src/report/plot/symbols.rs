@@ -4,8 +4,11 @@
 pub fn pretty(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut word = String::new();
-    for c in text.chars().chain(std::iter::once('\0')) {
-        if c.is_ascii_alphanumeric() || c == '_' || c == '^' {
+    let mut chars = text.chars().chain(std::iter::once('\0')).peekable();
+    while let Some(c) = chars.next() {
+        // An exponent may have decimals.
+        let is_point = c == '.' && word.contains('^') && chars.peek().is_some_and(char::is_ascii_digit);
+        if c.is_ascii_alphanumeric() || c == '_' || c == '^' || is_point {
             word.push(c);
         } else {
             out.push_str(&pretty_word(&word));
@@ -24,7 +27,7 @@ pub fn pretty(text: &str) -> String {
 fn pretty_word(word: &str) -> String {
     if let Some((base, power)) = word.split_once('^') {
         let power: String = power.chars().map(superscript).collect();
-        return format!("{}{power}", greek(base));
+        return format!("{}{power}", pretty_word(base));
     }
     if word == "K0" {
         return "K₀".to_owned();
@@ -74,6 +77,7 @@ fn superscript(c: char) -> char {
         '1' => '¹',
         '2' => '²',
         '3' => '³',
+        '.' => '·',
         other => other.to_digit(10).and_then(|d| char::from_u32(0x2070 + d)).unwrap_or(other),
     }
 }
@@ -87,6 +91,8 @@ mod tests {
         for (plain, set) in [
             ("mu_1 and alpha_inf enter as G_1 = mu_1 alpha_1 / 2", "μ₁ and α∞ enter as G₁ = μ₁ α₁ / 2"),
             ("chi^2 in mm^2", "χ² in mm²"),
+            ("alpha_inf alpha_2^5.10. End", "α∞ α₂⁵·¹⁰. End"),
+            ("in mm^2.", "in mm²."),
             ("material_x of file_1", "material_x of file_1"),
             ("K0 rho g / mu_FR", "K₀ ρ g / μᶠᴿ"),
             ("lambda*", "λ*"),
