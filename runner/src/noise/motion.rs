@@ -97,7 +97,7 @@ impl ZeroOfDepth {
         let above = depth_m[seen - 1].max(0.0);
         let error_m = above + share * (depth_m[seen] - above);
         let change_mn = stiffness(observation, &depth_m, force_mn) * error_m;
-        let end = (0..depth_m.len()).filter(is_ramp).next_back()?;
+        let end = (0..depth_m.len()).rfind(is_ramp)?;
         let height_mn = force_mn * (change_mn[end] / force_mn[end].max(f64::MIN_POSITIVE));
         let name = format!("zero of the depth of {}", observation.name());
         let is_error = change_mn.amax() > 0.0 && height_mn.amax().is_finite();

@@ -127,10 +127,12 @@ pub fn sample(
     let wrong = |e: &dyn std::fmt::Display| PosteriorError::Sampler(e.to_string());
     let to = Variables::new(density.bounds(), mode, covariance)?;
     let whitened = Whitened { density, to: to.clone() };
-    let mut settings = DiagNutsSettings::default();
-    settings.num_tune = plan.tuning as u64;
-    settings.num_draws = plan.draws as u64;
-    settings.maxdepth = DEEPEST;
+    let settings = DiagNutsSettings {
+        num_tune: plan.tuning as u64,
+        num_draws: plan.draws as u64,
+        maxdepth: DEEPEST,
+        ..DiagNutsSettings::default()
+    };
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
     let mut chain = settings.new_chain(0, CpuMath::new(whitened), &mut random).map_err(|e| wrong(&e))?;
     // Beside the optimum: where the gradient vanishes the sampler cannot tell a step.
