@@ -42,7 +42,8 @@ fn main() -> Result<(), Error> {
     let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
     let effort = Effort { quick: true, evaluations: EVALUATIONS };
     let observations = observe(&measurements, None)?;
-    let found = diagnose(&engine, observations, &unknowns, None, effort, &mut |what| eprintln!("{what}"))?;
+    let found =
+        diagnose(&engine, observations, &unknowns, None, None, effort, &mut |what| eprintln!("{what}"))?;
     let Some(refit) = found.decision.refit.map(|k| &found.refits[k]) else {
         return Err("no effect explains a gap of these data: there is no shrinkage".into());
     };
@@ -62,7 +63,7 @@ fn main() -> Result<(), Error> {
             let covariance = &found.noise.covariance;
             let again = |start: &Fit, active: &[&Candidate]| -> Result<Fit, Error> {
                 let starts = vec![start.solution.x.clone()];
-                let plan = FitPlan { starts, evaluations: EVALUATIONS, content: 0.0 };
+                let plan = FitPlan { starts, evaluations: EVALUATIONS, depth: Depth::Minimum };
                 let known = covariance.without(&split.predicted);
                 let fitted = fit(setup, active, &known, &plan, &mut |_| {})?;
                 Ok(fitted.seen_with(setup, active, covariance)?)

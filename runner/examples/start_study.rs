@@ -3,14 +3,22 @@
 //! `cargo run --release -p runner --example start_study -- 100 [fit]` draws a hundred materials (G_inf and two branches log-uniform
 //! from 100 Pa to 1 MPa, tau from 0.01 to 1000 s, alpha from -12 to -1.5, lambda* from 3 to 300 instantaneous moduli, K0 over four
 //! decades about the consolidation within the ramp), each under one of four indenters, with 0.3 to 3 % of noise, on `coarse`.
-//! With `fit` each is fitted from that start and from the truth.
+//! Every other round of indenters is measured on six specimens whose heights scatter by 10 %. With `fit` each is fitted from that
+//! start and from the truth, and counted: chi^2 of the data within 1 % of the fit from the truth; determined combinations inside their
+//! 95 % intervals; iterations; fits without an answer; numbers of branches that are right, or which the data do not tell from it.
+//! A third argument `N` begins at case N: the random numbers are those of a run from the beginning.
 
 use runner::data::Measurement;
 use runner::engine::{Engine, EngineOptions};
-use runner::identification::{IdentificationError, identify};
+use runner::identification::IdentificationError;
+use runner::inference::derived::{estimate, material_quantities};
+use runner::inference::fit::search;
 use runner::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
-use runner::inference::{Defaults, Requests, SearchPlan, Setup, Unknowns};
-use runner::noise::{Observation, Weights};
+use runner::inference::statistics::Determination;
+use runner::inference::{
+    Defaults, Requests, SearchPlan, Setup, Statistics, Unknowns, Values, noise_at_start,
+};
+use runner::noise::{Covariance, Observation, Weights};
 use runner::pool::wiring::Names;
 use runner::pool::{Job, Priority};
 use std::collections::BTreeMap;
@@ -62,11 +70,14 @@ fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let count: usize = arguments.get(1).and_then(|n| n.parse().ok()).unwrap_or(100);
     let fits = arguments.get(2).is_some_and(|a| a == "fit");
+    let first: usize = arguments.get(3).and_then(|n| n.parse().ok()).unwrap_or(0);
     let names = Names { sensitivities: true, ..Names::default() };
     let engine = Engine::new(&EngineOptions { names, ..EngineOptions::default() }).expect("the FMU");
     let mut random = Random(1);
-    let mut near = Vec::new();
-    println!("case,rig,tau_1,tau_2,failed,branches,log10 G_inf,log10 G_0 seen,chi ratio,iterations");
+    let (mut near, mut fitted) = (Vec::new(), Vec::new());
+    println!(
+        "case,rig,specimens,tau_1,tau_2,noise,failed,branches,log10 G_inf,log10 G_0 seen,chi^2 told,chi^2 truth,iterations,converged,inside,determined,outside"
+    );
     for case in 0..count {
         let (rig, geometry, depth) = rigs()[case % 4].clone();
         let shear = [(); 3].map(|()| random.log(1e2, 1e6));
@@ -103,10 +114,27 @@ fn main() {
         };
         let peak = curve.force_n().iter().copied().fold(0.0, f64::max);
         let sigma = noise * peak;
-        let force_n: Vec<f64> = curve.force_n().iter().map(|f| f + sigma * random.normal()).collect();
         let displacement_m = time_s.iter().map(|t| protocol.displacement(*t)).collect();
-        let spread_n = Some(vec![sigma; time_s.len()]);
-        let m = Measurement { time_s, displacement_m, force_n, spread_n, ..Measurement::default() };
+        let mut m = Measurement { time_s, displacement_m, ..Measurement::default() };
+        // The same noise of the mean, by specimens of different heights or by a known deviation.
+        let specimens = if case / 4 % 2 == 1 { SPECIMENS } else { 0 };
+        for k in 0..specimens {
+            let factor = (SCATTER * random.normal()).exp();
+            let own = sigma * (specimens as f64).sqrt();
+            let values = curve.force_n().iter().map(|f| factor * f + own * random.normal()).collect();
+            m.specimens_n.push(values);
+            m.specimen_names.push(format!("s{k}"));
+        }
+        if specimens == 0 {
+            m.force_n = curve.force_n().iter().map(|f| f + sigma * random.normal()).collect();
+            m.spread_n = Some(vec![sigma; m.time_s.len()]);
+        } else {
+            let mean = |i: usize| m.specimens_n.iter().map(|s| s[i]).sum::<f64>() / specimens as f64;
+            m.force_n = (0..m.time_s.len()).map(mean).collect();
+        }
+        if case < first {
+            continue;
+        }
         let default = |name: &str| engine.wiring().parameters.get(name)?.start_number();
         let known = Known::of(&|name| set.get(name).copied().or_else(|| default(name))).expect("a rig");
         let Some(start) = Start::of(&[&m], &known, 1..=MOST_BRANCHES) else {
@@ -124,14 +152,26 @@ fn main() {
         let long = ((start.equilibrium_pa + seen(&lasting)) / (shear[0] + slow)).log10();
         let instant = ((start.equilibrium_pa + seen(&quick)) / (shear[0] + fast)).log10();
         near.push((long, instant));
-        let ratio = if fits { compared(&engine, &m, &start, &set, &truth) } else { Ok((f64::NAN, 0)) };
-        let (ratio, iterations) = ratio.unwrap_or((f64::INFINITY, 0));
-        println!(
-            "{case},{rig},{:.3},{:.3},no,{},{long:.2},{instant:.2},{ratio:.4},{iterations}",
-            tau[0],
-            tau[1],
-            start.branches.len()
-        );
+        print!("{case},{rig},{specimens},{:.3},{:.3},{noise:.4},no", tau[0], tau[1]);
+        print!(",{},{long:.2},{instant:.2}", start.branches.len());
+        if fits {
+            let fit = compared(&engine, &m, &start, &set, &truth);
+            match &fit {
+                Ok(f) => print!(
+                    ",{:.1},{:.1},{},{},{},{},{}",
+                    f.told,
+                    f.known,
+                    f.iterations,
+                    f.converged,
+                    f.inside,
+                    f.determined,
+                    f.outside.join(" ")
+                ),
+                Err(error) => print!(",,,,no answer,,,{error}"),
+            }
+            fitted.push(fit.ok());
+        }
+        println!();
     }
     let within = |of: fn(&(f64, f64)) -> f64, f: f64| near.iter().filter(|e| of(e).abs() < f.log10()).count();
     println!(
@@ -142,16 +182,58 @@ fn main() {
         within(|e| e.1, 1.5),
         within(|e| e.1, 3.0)
     );
+    if fits {
+        summarise(&fitted);
+    }
 }
 
-/// chi^2 of the fit from the data's start over that of the fit from the truth, and the former's iterations.
+/// Specimens of a case that has some, and the deviation of the logarithms of their heights.
+const SPECIMENS: usize = 6;
+const SCATTER: f64 = 0.1;
+/// chi^2 of so many deviations more than with the true branches tells the branches apart: 95 % quantile of three parameters.
+const TELLS_A_BRANCH: f64 = 7.81;
+
+/// A fit from the data's start beside the one from the truth.
+struct Compared {
+    /// chi^2 of the data.
+    told: f64,
+    known: f64,
+    branches: usize,
+    iterations: usize,
+    converged: bool,
+    /// Determined combinations, those inside their intervals, and the names of the others.
+    determined: usize,
+    inside: usize,
+    outside: Vec<String>,
+}
+
+fn summarise(fitted: &[Option<Compared>]) {
+    let found: Vec<&Compared> = fitted.iter().flatten().collect();
+    let count = |of: &dyn Fn(&Compared) -> bool| found.iter().filter(|f| of(f)).count();
+    let mut iterations: Vec<usize> = found.iter().map(|f| f.iterations).collect();
+    iterations.sort_unstable();
+    let (inside, determined) = found.iter().fold((0, 0), |(i, d), f| (i + f.inside, d + f.determined));
+    let told = |f: &Compared| f.branches == 2 || f.told < f.known + TELLS_A_BRANCH;
+    println!(
+        "of {}: without an answer {}, not converged {}; chi^2 within 1 % of the fit from the truth {}; median of the iterations {}; \
+         combinations inside {inside} of {determined}; branches right or not told apart {}",
+        fitted.len(),
+        fitted.len() - found.len(),
+        count(&|f| !f.converged),
+        count(&|f| f.told < 1.01 * f.known),
+        iterations.get(iterations.len() / 2).copied().unwrap_or(0),
+        count(&told)
+    );
+}
+
+/// Fits from the data's start and from the truth.
 fn compared(
     engine: &Engine,
     m: &Measurement,
     start: &Start,
     set: &BTreeMap<String, f64>,
     truth: &BTreeMap<String, f64>,
-) -> Result<(f64, usize), IdentificationError> {
+) -> Result<Compared, IdentificationError> {
     let none = Mentioned { free: false, lambda_star: false, branch: 0 };
     let told = start.defaults(none);
     let mut known = told.clone();
@@ -163,7 +245,9 @@ fn compared(
         [a, b] => [a.min(b), a.max(b)],
     };
     known.start = truth.iter().map(|(n, v)| (n.clone(), (*v, bounds(n, *v)))).collect();
-    let fit = |mut defaults: Defaults| {
+    let branches = start.branches.len();
+    let data = vec![Observation::new(m, None).expect("data")];
+    let map = |mut defaults: Defaults| {
         defaults.fixed.extend(set.clone());
         if !defaults.free.contains(&"material.lambda_star".to_owned()) {
             let lambda = "material.lambda_star".to_owned();
@@ -172,12 +256,43 @@ fn compared(
             defaults.start.insert(lambda, (value, wide(value)));
         }
         let requests = Requests { defaults, ..Requests::default() };
-        let map = Unknowns::new(engine.wiring(), true, &requests).map_err(|e| e.to_string()).expect("a map");
-        let data = vec![Observation::new(m, None).expect("data")];
-        let plan = SearchPlan { starts: 1, seed: 1, evaluations: 60 };
-        identify(Setup::new(engine, &data, &map), &Weights::default(), &plan, false, &mut |_, _| {})
+        Unknowns::new(engine.wiring(), true, &requests).map_err(|e| e.to_string()).expect("a map")
     };
-    let (told, known) = (fit(told)?, fit(known)?);
-    let (told, known) = (&told.found.fit.solution, &known.found.fit.solution);
-    Ok((told.chi_square / known.chi_square, told.iteration_count()))
+    let fit = |map: &Unknowns, covariance: &Covariance| {
+        let plan = SearchPlan { starts: 1, seed: 1, evaluations: 60 };
+        search(Setup::new(engine, &data, map), covariance, &plan, &mut |_, _| {})
+    };
+    let (told, known) = (map(told), map(known));
+    let covariance = noise_at_start(Setup::new(engine, &data, &told), &Weights::default())?.covariance;
+    let found = fit(&told, &covariance)?.fit;
+    let statistics = Statistics::new(&told, &found, &[m.len()])?;
+    let quantities = material_quantities(branches);
+    let derived = estimate(&quantities, &told, &found.solution.x, &statistics, &|_: &mut Values| {});
+    let names = |map: &Unknowns| map.free().iter().map(|p| p.name.clone()).collect::<Vec<_>>();
+    // The same problem begun at the truth, where it has the same variables; chi^2 of the data alone elsewhere.
+    let (told, known) = if names(&told) == names(&known) {
+        let begun = told.clone().starting_at(known.start());
+        (found.solution.chi_square, fit(&begun, &covariance)?.fit.solution.chi_square)
+    } else {
+        let other = fit(&known, &covariance)?.fit;
+        (statistics.chi_square, Statistics::new(&known, &other, &[m.len()])?.chi_square)
+    };
+    let solution = found.solution;
+    let values: Values = truth.iter().map(|(name, value)| (name.clone(), *value)).collect();
+    let (mut inside, mut determined, mut outside) = (0, 0, Vec::new());
+    for d in derived.iter().filter(|d| d.determination == Determination::Determined) {
+        // Branches are compared where there are as many.
+        let own = material_quantities(2).into_iter().find(|q| q.name == d.name);
+        let Some(true_value) = own.filter(|_| branches == 2).and_then(|q| (q.evaluate)(&values)) else {
+            continue;
+        };
+        determined += 1;
+        if (d.interval.lower..=d.interval.upper).contains(&true_value) {
+            inside += 1;
+        } else {
+            outside.push(format!("{} {:.3}", d.symbol, (d.value / true_value).ln() / d.half_width));
+        }
+    }
+    let (iterations, converged) = (solution.iteration_count(), solution.stop.converged());
+    Ok(Compared { told, known, branches, iterations, converged, determined, inside, outside })
 }

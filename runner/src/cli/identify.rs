@@ -17,6 +17,7 @@ use crate::identification::report::{Context, report};
 use crate::identification::{
     Corrected, FitSettings, JacobianSource, Nuisances, identify, identify_with_zeros,
 };
+use crate::inference::posterior::SamplePlan;
 use crate::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use crate::inference::{Requests, Setup, Unknowns};
 use crate::noise::{Observation, Uncertainty, Weights, check};
@@ -141,6 +142,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         validation: &validation,
         weights: &weights,
         profile: &fit.profile,
+        posterior: fit.posterior.then(|| SamplePlan { seed: fit.seed, ..SamplePlan::default() }),
         evaluations: plan.evaluations,
         command: call.command(),
         settings: kept_settings(arguments, start.as_ref().map(|s| &s.0)),

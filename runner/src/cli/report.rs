@@ -3,7 +3,7 @@
 use super::terminal;
 use super::{CliResult, Ending};
 use crate::output::{Folder, json, protect};
-use crate::report::{FitReport, SCHEMA, curves_csv, page, parameters_csv, table};
+use crate::report::{FitReport, SCHEMA, curves_csv, page, parameters_csv, posterior_csv, table};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -51,6 +51,9 @@ pub(super) fn write_views(report: &FitReport, folder: &Folder) -> Result<(), Box
         ("curves.csv", curves_csv(report)),
         ("report.html", page(report)),
     ];
+    if let Some(posterior) = &report.posterior {
+        folder.write("posterior.csv", posterior_csv(posterior).as_bytes())?;
+    }
     for (name, text) in &views {
         folder.write(name, text.as_bytes())?;
     }

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! every effect that these data would show, or seem to show (quick: those that promise most), from where it promises more: the plain
-//! model's fit or the other start; from the other one, too, where that promises more than was found
+//! model's fit or the other start
+//! -> the leaders from the other point, too, while the best of them leaves more than noise
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something
 //! ```
@@ -20,6 +21,9 @@ use crate::noise::{Covariance, form_errors};
 
 /// Effects that a quick diagnosis refits.
 const QUICK: usize = 4;
+/// So many times a leader is refitted from another point.
+const QUICK_AGAIN: usize = 2;
+const AGAIN: usize = 4;
 /// Evidence (twice the logarithm) that a second effect must have in the rest of the best single one.
 const PAIR_GAIN: f64 = 8.0;
 /// Nature's law of the first effect may deviate from the catalogue's by this part of it; what a second one does must be more than
@@ -92,20 +96,26 @@ impl Search<'_> {
         shown: &[&Screened],
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
-        let mut refits: Vec<Refit> = Vec::new();
+        let mut found: Vec<(Refit, Option<Beginning>)> = Vec::new();
         for [first, second] in self.beginnings(shown)? {
-            let mut found = self.begun(&first, say)?;
-            let gain = found.as_ref().map_or(0.0, |r| r.gain);
-            if second.promise.gain > gain.max(DECISIVE) && !found.as_ref().is_some_and(Refit::leaves_noise) {
-                let other = self.begun(&second, say)?;
-                found = found.into_iter().chain(other).max_by(|a, b| a.gain.total_cmp(&b.gain));
+            match self.begun(&first, say)? {
+                Some(refit) => found.push((refit, Some(second))),
+                None => found.extend(self.begun(&second, say)?.map(|refit| (refit, None))),
             }
-            refits.extend(found);
         }
+        self.begin_elsewhere(&mut found, say)?;
+        let mut refits: Vec<Refit> = found.into_iter().map(|(refit, _)| refit).collect();
         self.carry_on(&mut refits, say)?;
-        if let Some(best) = refits.first().filter(|best| !best.leaves_noise()) {
-            let pair = self.pair(best, shown, say)?;
-            refits.extend(pair);
+        if let Some(best) = refits.first().filter(|best| !best.leaves_noise())
+            && let Some(pair) = self.pair(best, shown, say)?
+        {
+            // The single effect has to be fitted as well as the pair is: from where that ended, too.
+            let own = pair.fit.magnitudes().first().copied().unwrap_or(1.0);
+            let single = self.refit(&[(best.members[0], own)], pair.fit.x(), Depth::Competing, say)?;
+            if let Some(single) = single.filter(|single| single.gain > best.gain) {
+                refits[0] = single;
+            }
+            refits.push(pair);
         }
         Ok(refits)
     }
@@ -150,6 +160,23 @@ impl Search<'_> {
     fn begun(&self, at: &Beginning, say: &mut dyn FnMut(String)) -> Result<Option<Refit>, DiagnosisError> {
         let members = self.gentle(at.x, &[at.promise.expected()], at.chi_square)?;
         self.refit(&members, at.x, Depth::Competing, say)
+    }
+
+    /// The leaders are begun from the other point, too, while the best of them leaves more than noise.
+    fn begin_elsewhere(
+        &self,
+        found: &mut [(Refit, Option<Beginning>)],
+        say: &mut dyn FnMut(String),
+    ) -> Result<(), DiagnosisError> {
+        for _ in 0..if self.quick { QUICK_AGAIN } else { AGAIN } {
+            let leader = found.iter_mut().max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
+            let Some((refit, elsewhere)) = leader else { break };
+            let Some(at) = elsewhere.take().filter(|_| !refit.leaves_noise()) else { break };
+            if let Some(other) = self.begun(&at, say)?.filter(|other| other.gain > refit.gain) {
+                *refit = other;
+            }
+        }
+        Ok(())
     }
 
     /// Fits that are compared are converged: all whose evidence may still pass the best one's. Best first.

@@ -116,7 +116,7 @@ fn concluded(
     if is_robust && found.fit.solution.stop.converged() {
         let covariance = found.fit.covariance.clone();
         let Robust { fit, far } = robust(setup, &covariance, found.fit, plan.evaluations)?;
-        (found.fit, far_points) = (fit, Some(far));
+        (found.fit, found.twin, far_points) = (fit, None, Some(far));
     }
     let values = setup.unknowns.settings(&found.fit.solution.x);
     Ok(Identification { found, noise, far_points, values })

@@ -3,16 +3,18 @@
 use super::profiles::profiles;
 use super::{Identification, curves};
 use crate::assumption::{Assumption, assumptions};
-use crate::fit::FitError;
+use crate::fit::{EvaluationFailure, FitError};
 use crate::fmi::VariableKind;
 use crate::inference::derived::material_quantities;
+use crate::inference::posterior::{PosteriorError, SamplePlan, posterior};
 use crate::inference::problem::ForceProblem;
 use crate::inference::requests::{display_unit, symbol};
 use crate::inference::{Setup, Statistics, Values};
 use crate::noise::{Covariance, Observation, ObservationError, Weights, noise_model};
 use crate::pool::ForceCurve;
 use crate::report::{
-    Assembly, FitReport, FixedRow, MeasuredCurve, NuisanceRow, Role, RunStatistics, Setting, SpecimenCurve,
+    Assembly, FitReport, FixedRow, MeasuredCurve, NuisanceRow, PosteriorReport, Role, RunStatistics, Setting,
+    SpecimenCurve,
 };
 use crate::score::chi_square;
 use std::collections::BTreeMap;
@@ -40,6 +42,8 @@ pub struct Context<'a> {
     pub weights: &'a Weights,
     /// Values whose interval is to be taken from a profile.
     pub profile: &'a [String],
+    /// How the posterior is to be sampled, where it is.
+    pub posterior: Option<SamplePlan>,
     /// Largest number of evaluations of a fit.
     pub evaluations: usize,
     /// The command line.
@@ -107,6 +111,17 @@ pub fn report(
         true => profiles(around, fit, &statistics, c.evaluations, c.profile).unwrap_or_default(),
         false => vec![],
     };
+    let sampled = match c.posterior.filter(|_| fit.solution.stop.converged()) {
+        Some(plan) => match posterior(around, fit, &statistics, &plan) {
+            Ok(found) => Some(PosteriorReport::from(&found)),
+            Err(PosteriorError::Evaluation(EvaluationFailure::Interrupted)) => None,
+            Err(error) => {
+                missing.push(format!("no posterior: {error}"));
+                None
+            }
+        },
+        None => None,
+    };
     let assembly = Assembly {
         title: format!("Parameters identified from {}", names.join(", ")),
         created: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
@@ -129,7 +144,7 @@ pub fn report(
         assumptions: rests_on(c, values),
         nuisances: c.nuisances.clone(),
     };
-    Ok((assembly.build()?, missing))
+    Ok((FitReport { posterior: sampled, ..assembly.build()? }, missing))
 }
 
 /// Parameters that were not fitted, where the FMU is known to mean what it says.

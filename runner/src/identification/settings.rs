@@ -50,6 +50,9 @@ pub struct FitSettings {
     /// Points that lie far from the rest count less (Huber's loss)
     #[arg(long)]
     pub robust: bool,
+    /// Sample the posterior: posterior.csv and a corner plot (a thousand runs and more)
+    #[arg(long)]
+    pub posterior: bool,
     /// Where derivatives come from
     #[arg(long, value_enum, default_value_t)]
     pub jacobian: JacobianSource,

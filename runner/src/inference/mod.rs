@@ -7,7 +7,7 @@
 //! ForceProblem + Covariance + Prior -> fit / search -> Fit
 //! Fit -> statistics (intervals, correlations) -> identifiability (what the data do not determine, in words)
 //!     -> derived (combinations that they do)  -> evidence
-//!     -> profile (intervals that are no parabola)  -> robust (outliers count less)
+//!     -> profile (intervals that are no parabola)  -> robust (outliers count less)  -> posterior (a sample, on request)
 //! ```
 //! `identify` asks it for the plain model, `diagnose` for models with effects.
 
@@ -21,6 +21,7 @@ mod jacobian_load;
 pub mod linearised;
 mod magnitude;
 pub mod parameter;
+pub mod posterior;
 pub mod problem;
 pub mod profile;
 pub mod refinement;

@@ -11,14 +11,19 @@
 //! - An interval says what the data say: the prior of the variables that the quantity is made of is taken out of their covariance,
 //!   and where nothing is left the interval is open. The priors of the other variables stay in.
 
+mod curvature;
+mod estimate;
+
+pub use estimate::{BoundSide, Determination, Interval, ParameterEstimate};
+
 use super::fit::Fit;
-use super::parameter::{FitParameter, Transform};
+use super::parameter::FitParameter;
 use super::unknowns::Unknowns;
 use crate::fit::{FitError, Whitening, likeliest_heights};
 use crate::noise::Covariance;
+use curvature::{Curvature, correlation};
+use estimate::{of_product, of_variable};
 use nalgebra::{DMatrix, DVector};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Half-width of the 95 % interval in ln(value) up to which a value counts as determined (a quarter).
@@ -29,80 +34,6 @@ pub const UNDETERMINED_HALF_WIDTH: f64 = 1.1;
 const NOTHING_KNOWN: f64 = 300.0;
 /// Less information than this part of the prior's is rounding.
 const NO_INFORMATION: f64 = 1e-6;
-
-/// A 95 % interval, within the parameter's bounds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Interval {
-    /// Lower end.
-    pub lower: f64,
-    /// Upper end.
-    pub upper: f64,
-}
-
-/// How well a value is known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Determination {
-    /// To a quarter or better.
-    Determined,
-    /// Between a quarter and a factor of three.
-    Loose,
-    /// Not even to a factor of three.
-    Undetermined,
-}
-
-impl Determination {
-    /// Classifies a half-width in ln(value).
-    pub fn of(half_width: f64) -> Self {
-        if half_width <= DETERMINED_HALF_WIDTH {
-            Self::Determined
-        } else if half_width <= UNDETERMINED_HALF_WIDTH {
-            Self::Loose
-        } else {
-            Self::Undetermined
-        }
-    }
-}
-
-/// End of the admissible range at which a value sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum BoundSide {
-    /// The lower bound of the value.
-    Lower,
-    /// The upper bound of the value.
-    Upper,
-}
-
-impl BoundSide {
-    fn other(self) -> Self {
-        match self {
-            Self::Lower => Self::Upper,
-            Self::Upper => Self::Lower,
-        }
-    }
-}
-
-/// One fitted parameter, values in SI.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ParameterEstimate {
-    /// The parameter.
-    pub parameter: FitParameter,
-    /// Fitted value.
-    pub value: f64,
-    /// 95 % interval, cut at the bounds.
-    pub interval: Interval,
-    /// The interval reaches the lower or upper bound: the data set no limit on that side.
-    pub open: [bool; 2],
-    /// Half-width of the uncut interval, relative (in ln(value) for log parameters).
-    pub half_width: f64,
-    /// Part of its square that comes from common errors (0 to 1).
-    pub common_share: f64,
-    /// How well it is known.
-    pub determination: Determination,
-    /// Sits at this bound.
-    pub at_bound: Option<BoundSide>,
-}
 
 /// Everything that follows from a fit.
 #[derive(Debug, Clone)]
@@ -272,6 +203,22 @@ impl Statistics {
         &self.root * self.root.transpose()
     }
 
+    /// Covariance of the optimiser's variables by all that a fit sees.
+    pub fn of_what_a_fit_sees(&self) -> DMatrix<f64> {
+        let shifts = self.root.columns(self.unseen.0, self.unseen.1);
+        self.of_variables() - shifts * shifts.transpose()
+    }
+
+    /// What each error that no fit sees adds to the variables when it is one deviation large, and its degrees of freedom.
+    pub fn unseen_shifts(&self) -> Vec<(DVector<f64>, f64)> {
+        let degrees = |column: usize| {
+            let block = self.blocks.partition_point(|(first, _)| *first <= column);
+            self.blocks.get(block.saturating_sub(1)).map_or(f64::INFINITY, |b| b.1)
+        };
+        let columns = self.unseen.0..self.unseen.0 + self.unseen.1;
+        columns.map(|k| (self.root.column(k).into_owned(), degrees(k))).collect()
+    }
+
     fn estimate(&mut self, unknowns: &Unknowns, x: &[f64]) {
         let (terms, rows) = unknowns.terms();
         let share = |gradient: &DVector<f64>| {
@@ -324,130 +271,12 @@ pub fn white_residual(fit: &Fit) -> DVector<f64> {
     scaled - columns * heights
 }
 
-/// SVD of the whitened design with the prior's rows below it.
-struct Curvature {
-    u: DMatrix<f64>,
-    v_t: DMatrix<f64>,
-    inverse: DVector<f64>,
-    rows: usize,
-}
-
-impl Curvature {
-    fn new(design: &DMatrix<f64>, deviations: &[f64]) -> Self {
-        let (m, n) = design.shape();
-        let mut stacked = design.clone().resize_vertically(m + n, 0.0);
-        for (j, deviation) in deviations.iter().enumerate() {
-            stacked[(m + j, j)] = 1.0 / deviation;
-        }
-        let svd = stacked.svd(true, true);
-        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { unreachable!("both sides were asked for") };
-        Self { u, v_t, inverse: svd.singular_values.map(|s| 1.0 / s), rows: m }
-    }
-
-    fn back(&self, along: DVector<f64>) -> DVector<f64> {
-        self.v_t.tr_mul(&along.component_mul(&self.inverse))
-    }
-
-    /// Shift of the variables by a whitened shift of the data.
-    fn shift(&self, whitened: &DVector<f64>) -> DVector<f64> {
-        self.back(self.u.rows(0, self.rows).tr_mul(whitened))
-    }
-
-    /// Columns of what the white part of the data's errors contributes.
-    fn white<W: Whitening>(&self, covariance: &W) -> Vec<DVector<f64>> {
-        let u = self.u.rows(0, self.rows);
-        let parts: Vec<DVector<f64>> =
-            u.column_iter().map(|column| covariance.white_part(&column.into_owned())).collect();
-        let svd = DMatrix::from_columns(&parts).svd(false, true);
-        let Some(v_t) = svd.v_t else { unreachable!("it was asked for") };
-        let root = |(row, size): (_, &f64)| self.back(nalgebra::RowDVector::transpose(&row) * *size);
-        v_t.row_iter().map(|r| r.into_owned()).zip(svd.singular_values.iter()).map(root).collect()
-    }
-
-    /// Columns of what the prior contributes.
-    fn prior(&self, deviations: &[f64]) -> Vec<DVector<f64>> {
-        let one = |(j, _): (usize, &f64)| self.back(self.u.row(self.rows + j).transpose());
-        deviations.iter().enumerate().map(one).collect()
-    }
-}
-
-fn correlation(root: &DMatrix<f64>) -> DMatrix<f64> {
-    let covariance = root * root.transpose();
-    DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |i, j| {
-        let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-        match (i == j, scale > 0.0) {
-            (true, _) => 1.0,
-            (false, true) => (covariance[(i, j)] / scale).clamp(-1.0, 1.0),
-            (false, false) => 0.0,
-        }
-    })
-}
-
 fn student_quantile(degrees_of_freedom: f64) -> f64 {
     /// Beyond this the t distribution is normal to six digits.
     const MANY: f64 = 1e6;
     // Only a non-positive number of degrees of freedom is refused, and that is excluded here.
     StudentsT::new(0.0, 1.0, degrees_of_freedom.clamp(1.0, MANY))
         .map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
-}
-
-/// Of a variable of the optimiser.
-fn of_variable(p: &FitParameter, x: f64, half_width_x: f64, common_share: f64) -> ParameterEstimate {
-    let (low, high) = p.internal_bounds();
-    let reach = |x: f64| p.to_value(x.clamp(low, high));
-    let (a, b) = (reach(x - half_width_x), reach(x + half_width_x));
-    let mut open = [x - half_width_x <= low, x + half_width_x >= high];
-    let near = 0.01 * (high - low).min(1.0);
-    let mut at_bound = match () {
-        () if x - low < near => Some(BoundSide::Lower),
-        () if high - x < near => Some(BoundSide::Upper),
-        () => None,
-    };
-    if let Transform::Logarithmic { negative: true } = p.transform {
-        open.swap(0, 1);
-        at_bound = at_bound.map(BoundSide::other);
-    }
-    let half_width = half_width_x * p.relative_slope(x);
-    built(p, p.to_value(x), [a, b], open, half_width, common_share, at_bound)
-}
-
-/// Of a product of powers of the variables; `bound` is where one of them sits, and the power.
-fn of_product(
-    p: &FitParameter,
-    value: f64,
-    half_width: f64,
-    common_share: f64,
-    bound: Option<(BoundSide, f64)>,
-) -> ParameterEstimate {
-    let ends = [value * (-half_width).exp(), value * half_width.exp()];
-    let (a, b) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-    let open = [a <= p.lower, b >= p.upper];
-    let at_bound = bound.map(|(side, power)| if power * value < 0.0 { side.other() } else { side });
-    built(p, value, [a.max(p.lower), b.min(p.upper)], open, half_width, common_share, at_bound)
-}
-
-fn built(
-    p: &FitParameter,
-    value: f64,
-    ends: [f64; 2],
-    open: [bool; 2],
-    half_width: f64,
-    common_share: f64,
-    at_bound: Option<BoundSide>,
-) -> ParameterEstimate {
-    // A value a rounding error outside its own cut interval would look like a mistake.
-    let lower = ends[0].min(ends[1]).min(value);
-    let upper = ends[0].max(ends[1]).max(value);
-    ParameterEstimate {
-        parameter: p.clone(),
-        value,
-        interval: Interval { lower, upper },
-        open,
-        half_width,
-        common_share,
-        determination: Determination::of(half_width),
-        at_bound,
-    }
 }
 
 /// Integrated autocorrelation time of the residuals over their stretches, at least 1; 1 unless the lag-1

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::fmi::Fmu;
+use crate::inference::requests::Defaults;
 use crate::pool::wiring::Names;
 use approx::assert_relative_eq;
 

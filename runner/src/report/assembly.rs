@@ -131,6 +131,7 @@ impl Assembly<'_> {
                 .collect(),
             gains,
             profiles: self.profiles,
+            posterior: None,
             correlation: Correlation {
                 symbols: unknowns.free().iter().map(|p| p.symbol.clone()).collect(),
                 matrix: rows(&statistics.correlation),

@@ -1,6 +1,7 @@
 //! The report of a fit: the schema of `result.json`. Values are in the units that stand beside them (people's:
 //! mm, s, mN, Pa, mm^2).
 
+use super::posterior::PosteriorReport;
 use crate::assumption::Assumption;
 use crate::fit::{StartRecord, StopReason};
 use crate::inference::Finding;
@@ -46,6 +47,9 @@ pub struct FitReport {
     /// Profiles of the likelihood; their intervals stand in the tables.
     #[serde(default)]
     pub profiles: Vec<ProfileRow>,
+    /// A sample of the posterior, where it was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<PosteriorReport>,
     /// Correlation of each pair of free parameters.
     pub correlation: Correlation,
     /// What the data do not determine.

@@ -5,6 +5,7 @@ use super::fit_report::*;
 use super::glossary::{glossary, meaning};
 use super::labels::labelled;
 use super::plot::{Shapes, exponent, heat_map, interval_bar, pretty};
+use super::posterior::section;
 use crate::assumption::Assumption;
 use crate::inference::statistics::{BoundSide, Determination};
 use crate::inference::wording::{significant, spread};
@@ -19,6 +20,7 @@ pub fn page(report: &FitReport) -> String {
         (derived(report))
         (nuisances(report))
         (profiles(report))
+        @if let Some(posterior) = &report.posterior { (section(posterior)) }
         (gains(report))
         (curves(report))
         (characteristic_numbers(report))

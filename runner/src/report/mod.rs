@@ -13,6 +13,7 @@ mod glossary;
 mod html;
 mod labels;
 pub mod plot;
+mod posterior;
 mod table;
 mod verdict;
 
@@ -21,6 +22,7 @@ pub use csv::{curves_csv, parameters_csv};
 pub use fit_report::*;
 pub use glossary::glossary;
 pub use html::{assumed, document, page, shapes};
+pub use posterior::{PosteriorReport, PosteriorRow, posterior_csv};
 pub(crate) use table::columns;
 pub use table::table;
 

@@ -65,6 +65,9 @@ pub fn table(report: &FitReport) -> String {
         let why = if p.asked { "asked for" } else { "the linearised interval is open or curved" };
         let _ = writeln!(out, "profile of {}: {range} {} ({why})", p.symbol, p.unit);
     }
+    if let Some(posterior) = &report.posterior {
+        let _ = writeln!(out, "posterior: {}", posterior.summary);
+    }
     if !report.gains.is_empty() {
         let rows: Vec<Vec<String>> = report
             .gains

@@ -1,0 +1,128 @@
+//! A sample of the posterior: what is known of all values together, without taking the model for straight.
+//!
+//! ```text
+//! Fit -> Density (chi^2 with the prior, within the bounds)
+//!     -> importance (draws around the optimum, weighed; Pareto k-hat says whether that works)
+//!     -> nuts (where it does not) -> Sample
+//! ```
+
+mod force;
+mod importance;
+mod nuts;
+mod pareto;
+#[cfg(test)]
+mod tests;
+
+pub use force::{Posterior, posterior};
+
+use crate::fit::EvaluationFailure;
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Above this the variance of the importance weights is not known to be finite enough to trust them (Vehtari, Simpson, Gelman, Yao
+/// and Gabry 2024).
+pub const TRUSTED_K_HAT: f64 = 0.7;
+
+/// A density that is sampled.
+pub trait Density {
+    /// Bounds of each variable, lower and upper.
+    fn bounds(&self) -> (Vec<f64>, Vec<f64>);
+
+    /// Logarithm of the density at several points within the bounds, up to a constant; minus infinity where there is none.
+    ///
+    /// # Errors
+    /// When the user asked to stop.
+    fn logarithms(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>, EvaluationFailure>;
+
+    /// The same at one point with its gradient; `None` where there is none.
+    ///
+    /// # Errors
+    /// When the user asked to stop.
+    fn with_gradient(&mut self, x: &[f64]) -> Result<Option<(f64, Vec<f64>)>, EvaluationFailure>;
+}
+
+/// How a sample was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Draws around the optimum, weighed by the density.
+    Importance,
+    /// The No-U-Turn sampler.
+    Nuts,
+}
+
+/// How many draws are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SamplePlan {
+    /// Draws around the optimum that are weighed.
+    pub proposals: usize,
+    /// Draws of the sample.
+    pub draws: usize,
+    /// Draws by which NUTS finds its step.
+    pub tuning: usize,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+impl Default for SamplePlan {
+    fn default() -> Self {
+        Self { proposals: 1000, draws: 500, tuning: 200, seed: 1 }
+    }
+}
+
+/// Draws of equal weight.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// The variables of each draw.
+    pub draws: Vec<Vec<f64>>,
+    /// How they were made.
+    pub method: Method,
+    /// Shape of the tail of the importance weights.
+    pub k_hat: f64,
+    /// Independent draws that these are worth.
+    pub effective: f64,
+    /// Trajectories of NUTS that failed.
+    pub divergent: usize,
+}
+
+/// A sample that could not be made.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PosteriorError {
+    /// The model failed, or the user asked to stop.
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationFailure),
+    /// The optimum is no maximum, or the sampler cannot start there.
+    #[error("the posterior cannot be sampled: {0}")]
+    Sampler(String),
+}
+
+/// A sample of `density`, whose maximum lies at `mode` and has the curvature that `covariance` is the inverse of: by importance
+/// weights, and by NUTS where those cannot be trusted.
+///
+/// # Errors
+/// When the user asked to stop, or the density cannot be sampled.
+pub fn sample(
+    density: &mut dyn Density,
+    mode: &[f64],
+    covariance: &DMatrix<f64>,
+    plan: &SamplePlan,
+) -> Result<Sample, PosteriorError> {
+    let weighed = importance::sample(density, mode, covariance, plan)?;
+    if weighed.k_hat <= TRUSTED_K_HAT {
+        return Ok(weighed);
+    }
+    let found = nuts::sample(density, mode, covariance, plan)?;
+    Ok(Sample { k_hat: weighed.k_hat, ..found })
+}
+
+/// A root `L` with `L L'` the matrix, which rounding may have made not quite positive.
+fn root(covariance: &DMatrix<f64>) -> Result<DMatrix<f64>, PosteriorError> {
+    let eigen = (0.5 * (covariance + covariance.transpose())).symmetric_eigen();
+    let largest = eigen.eigenvalues.amax();
+    if !(largest > 0.0 && largest.is_finite()) {
+        return Err(PosteriorError::Sampler("the fit has no curvature".to_owned()));
+    }
+    let sizes = eigen.eigenvalues.map(|l| l.max(1e-12 * largest).sqrt());
+    Ok(&eigen.eigenvectors * DMatrix::from_diagonal(&sizes))
+}

@@ -1,0 +1,115 @@
+//! Densities whose moments are known.
+
+use super::*;
+
+/// Rows of `J x = d` with unit errors: normal, of covariance `(J' J)^-1`.
+struct Normal;
+
+const ROOT: [[f64; 2]; 2] = [[2.0, 0.3], [0.0, 0.5]];
+
+impl Density for Normal {
+    fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        (vec![-50.0; 2], vec![50.0; 2])
+    }
+    fn logarithms(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>, EvaluationFailure> {
+        points.iter().map(|x| Ok(self.with_gradient(x)?.map_or(f64::NEG_INFINITY, |g| g.0))).collect()
+    }
+    fn with_gradient(&mut self, x: &[f64]) -> Result<Option<(f64, Vec<f64>)>, EvaluationFailure> {
+        let r = ROOT.map(|row| row[0] * (x[0] - 1.0) + row[1] * (x[1] + 2.0));
+        let slope = (0..2).map(|j| -(r[0] * ROOT[0][j] + r[1] * ROOT[1][j])).collect();
+        Ok(Some((-0.5 * (r[0] * r[0] + r[1] * r[1]), slope)))
+    }
+}
+
+/// `x_0 = N(0, 1)`, `x_1 = 2 x_0^2 + N(0, 0.1)`: mean of x_1 is 2, its variance 8.01.
+struct Banana;
+
+impl Density for Banana {
+    fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        (vec![-20.0, -60.0], vec![20.0, 120.0])
+    }
+    fn logarithms(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>, EvaluationFailure> {
+        points.iter().map(|x| Ok(self.with_gradient(x)?.map_or(f64::NEG_INFINITY, |g| g.0))).collect()
+    }
+    fn with_gradient(&mut self, x: &[f64]) -> Result<Option<(f64, Vec<f64>)>, EvaluationFailure> {
+        let rest = (x[1] - 2.0 * x[0] * x[0]) / 0.1;
+        let value = -0.5 * (x[0] * x[0] + rest * rest);
+        Ok(Some((value, vec![-x[0] + rest * 4.0 * x[0] / 0.1, -rest / 0.1])))
+    }
+}
+
+fn moments(draws: &[Vec<f64>], j: usize) -> (f64, f64) {
+    let n = draws.len() as f64;
+    let mean = draws.iter().map(|d| d[j]).sum::<f64>() / n;
+    (mean, draws.iter().map(|d| (d[j] - mean).powi(2)).sum::<f64>() / n)
+}
+
+fn covariance() -> DMatrix<f64> {
+    let j = DMatrix::from_fn(2, 2, |i, k| ROOT[i][k]);
+    j.tr_mul(&j).try_inverse().unwrap()
+}
+
+#[test]
+fn a_normal_posterior_is_sampled_by_importance() {
+    let plan = SamplePlan { proposals: 4000, draws: 2000, ..SamplePlan::default() };
+    let found = sample(&mut Normal, &[1.0, -2.0], &covariance(), &plan).unwrap();
+    assert!(found.method == Method::Importance && found.k_hat < 0.3, "{} {:?}", found.k_hat, found.method);
+    assert!(found.effective > 1500.0, "{}", found.effective);
+    for (j, centre) in [1.0, -2.0].into_iter().enumerate() {
+        let (mean, variance) = moments(&found.draws, j);
+        let expected = covariance()[(j, j)];
+        assert!((mean - centre).abs() < 0.1 * expected.sqrt(), "{mean}");
+        assert!((variance / expected - 1.0).abs() < 0.15, "{variance} {expected}");
+    }
+}
+
+#[test]
+fn nuts_samples_the_same_normal_posterior() {
+    let plan = SamplePlan { draws: 1500, ..SamplePlan::default() };
+    let found = nuts::sample(&mut Normal, &[1.0, -2.0], &covariance(), &plan).unwrap();
+    for (j, centre) in [1.0, -2.0].into_iter().enumerate() {
+        let (mean, variance) = moments(&found.draws, j);
+        let expected = covariance()[(j, j)];
+        assert!((mean - centre).abs() < 0.15 * expected.sqrt(), "{mean}");
+        assert!((variance / expected - 1.0).abs() < 0.25, "{variance} {expected}");
+    }
+}
+
+#[test]
+fn a_banana_is_left_to_nuts() {
+    // Laplace at the mode sees the width of the skin only.
+    let laplace = DMatrix::from_diagonal_element(2, 2, 1.0).map_with_location(|i, j, v| match (i, j) {
+        (1, 1) => 0.01,
+        _ => v,
+    });
+    let plan = SamplePlan { draws: 2000, tuning: 500, ..SamplePlan::default() };
+    let found = sample(&mut Banana, &[0.0, 0.0], &laplace, &plan).unwrap();
+    assert!(found.k_hat > TRUSTED_K_HAT && found.method == Method::Nuts, "{}", found.k_hat);
+    let ((mean, variance), (along, spread)) = (moments(&found.draws, 1), moments(&found.draws, 0));
+    assert!((mean - 2.0).abs() < 0.6 && (3.5..14.0).contains(&variance), "{mean} {variance}");
+    assert!(along.abs() < 0.3 && (spread - 1.0).abs() < 0.35, "{along} {spread}");
+}
+
+#[test]
+fn what_lies_beyond_a_bound_has_no_weight() {
+    struct Half;
+    impl Density for Half {
+        fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+            (vec![0.0], vec![30.0])
+        }
+        fn logarithms(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>, EvaluationFailure> {
+            assert!(points.iter().all(|x| x[0] >= 0.0), "a run outside the bounds");
+            Ok(points.iter().map(|x| -0.5 * x[0] * x[0]).collect())
+        }
+        fn with_gradient(&mut self, x: &[f64]) -> Result<Option<(f64, Vec<f64>)>, EvaluationFailure> {
+            Ok(Some((-0.5 * x[0] * x[0], vec![-x[0]])))
+        }
+    }
+    // A half normal: mean sqrt(2 / pi).
+    let plan = SamplePlan { proposals: 4000, draws: 2000, ..SamplePlan::default() };
+    for by in [importance::sample, nuts::sample] {
+        let found = by(&mut Half, &[0.0], &DMatrix::from_element(1, 1, 1.0), &plan).unwrap();
+        let mean = moments(&found.draws, 0).0;
+        assert!((mean - 0.798).abs() < 0.06, "{mean}");
+    }
+}
