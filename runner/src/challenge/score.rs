@@ -17,8 +17,8 @@ pub struct Line {
     pub id: String,
     /// What was behind it.
     pub truth: String,
-    /// Score of its weakest cause for somebody who knows it.
-    pub visibility: f64,
+    /// Score of its weakest cause for somebody who knows it, where there is one.
+    pub visibility: Option<f64>,
     /// What was answered.
     pub answer: String,
     /// Confidence of the answer.
@@ -195,7 +195,7 @@ fn line(solution: &Solution, answer: &Answer) -> Line {
     Line {
         id: solution.drawn.id.clone(),
         truth: if truth.is_empty() { "nothing".to_owned() } else { truth },
-        visibility: solution.visibility.iter().copied().fold(f64::INFINITY, f64::min),
+        visibility: solution.visibility.iter().copied().min_by(f64::total_cmp),
         answer: if families.is_empty() { kind } else { format!("{kind}: {families}") },
         confidence: answer.confidence,
         right: is_right(solution, answer),

@@ -39,7 +39,7 @@ pub fn markdown(table: &Table) -> String {
     text.push_str(&told.collect::<Vec<_>>().join("; "));
     text.push_str(".\n\n| case | behind it | visibility | answer | confidence | shrinkage | true one | |\n|---|---|---|---|---|---|---|---|\n");
     for l in &table.lines {
-        let seen = if l.visibility.is_finite() { format!("{:.1}", l.visibility) } else { String::new() };
+        let seen = l.visibility.map_or_else(String::new, |v| format!("{v:.1}"));
         let percent = |x: f64| 100.0 * x;
         let shrunk = l.shrinkage.map_or_else(String::new, |(v, low, high)| {
             format!("{:.0} % [{:.0}, {:.0}]", percent(v), percent(low), percent(high))
