@@ -149,6 +149,12 @@ impl Test {
     }
 }
 
+/// What an explanation says of a test that was not made: force (mN) and its derivatives.
+struct Prediction {
+    force_mn: DVector<f64>,
+    jacobian_mn: DMatrix<f64>,
+}
+
 /// Expected fall of chi^2 against the wrong explanation, of the two that the test tells apart worst; none where the model fails.
 fn value(
     setup: Setup,
@@ -162,7 +168,7 @@ fn value(
     let Some(silent) = test.observation(&[], white_mn * 1e-3) else { return Ok(None) };
     let silent = [silent];
     let there = Setup { observations: &silent, unknowns: &unknowns, ..setup };
-    let predicted = |r: &Refit| -> Result<Option<(DVector<f64>, DMatrix<f64>)>, EvaluationFailure> {
+    let predicted = |r: &Refit| -> Result<Option<Prediction>, EvaluationFailure> {
         let active: Vec<&Candidate> = r.members.iter().map(|k| &candidates[*k]).collect();
         let mut problem = ForceProblem::new(there, &active);
         let x = &r.fit.solution.x;
@@ -172,7 +178,7 @@ fn value(
         };
         match problem.jacobian(x, &force) {
             Err(EvaluationFailure::Failed(_)) => Ok(None),
-            other => Ok(Some((DVector::from_vec(force), other?))),
+            other => Ok(Some(Prediction { force_mn: DVector::from_vec(force), jacobian_mn: other? })),
         }
     };
     let mut all = Vec::new();
@@ -183,19 +189,21 @@ fn value(
         }
     }
     let mut least = f64::INFINITY;
-    for (a, (force_a, _)) in all.iter().enumerate() {
-        let force_n: Vec<f64> = force_a.iter().map(|f| f * 1e-3).collect();
+    for (a, truth) in all.iter().enumerate() {
+        let force_n: Vec<f64> = truth.force_mn.iter().map(|f| f * 1e-3).collect();
         let Some(observed) = test.observation(&force_n, white_mn * 1e-3) else { return Ok(None) };
-        let model = noise_model(&[observed], force_a.as_slice(), vec![], &Weights::default());
+        let model = noise_model(&[observed], truth.force_mn.as_slice(), vec![], &Weights::default());
         let Ok(model) = model else { return Ok(None) };
-        for (b, (force_b, jacobian_b)) in all.iter().enumerate().filter(|(b, _)| *b != a) {
+        for (b, wrong) in all.iter().enumerate().filter(|(b, _)| *b != a) {
             let before = &rivals[b].fit.linear.design;
-            let added = model.covariance.apply_columns(jacobian_b);
+            let added = model.covariance.apply_columns(&wrong.jacobian_mn);
             let (n, m) = (before.nrows(), added.nrows());
             let mut design = before.clone().resize_vertically(n + m, 0.0);
             design.rows_mut(n, m).copy_from(&added);
             let mut difference = DVector::zeros(n + m);
-            difference.rows_mut(n, m).copy_from(&model.covariance.apply(&(force_a - force_b)));
+            difference
+                .rows_mut(n, m)
+                .copy_from(&model.covariance.apply(&(&truth.force_mn - &wrong.force_mn)));
             least = least.min(Linearised::new(design, &difference).residual.norm_squared());
         }
     }
