@@ -43,7 +43,7 @@ fn main() -> Result<(), Error> {
     let effort = Effort { quick: true, evaluations: EVALUATIONS };
     let observations = observe(&measurements, None)?;
     let found =
-        diagnose(&engine, observations, &unknowns, None, None, effort, &mut |what| eprintln!("{what}"))?;
+        diagnose(&engine, observations, &unknowns, &[], None, effort, &mut |what| eprintln!("{what}"))?;
     let Some(refit) = found.decision.refit.map(|k| &found.refits[k]) else {
         return Err("no effect explains a gap of these data: there is no shrinkage".into());
     };

@@ -171,17 +171,21 @@ pub fn diagnosis_of(
     measurements.iter().for_each(show_notes);
     let doubts: Vec<String> = measurements.iter().flat_map(Measurement::doubts).collect();
     let observations = observe(&measurements, height)?;
-    let mut other_start = None;
+    let of = |requests: &Requests| Unknowns::new(engine.wiring(), engine.is_own(), requests);
+    let mut further = Vec::new();
     if let Some((start, mentioned)) = start(&engine, &observations, &requests, BRANCHES..=BRANCHES)? {
+        // The FMU's own start values, and a branch that the data may hide.
+        further.push(of(&requests)?);
         // A weak skeleton and a third branch are effects that are asked about.
         let mentioned = Mentioned { lambda_star: true, ..mentioned };
         requests.defaults = start.clone().with_hidden_branch().defaults(mentioned);
-        let hidden = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
-        other_start = Some(hidden.start().to_vec());
+        further.push(of(&requests)?);
         requests.defaults = start.defaults(mentioned);
     }
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
-    let other_start = other_start.map(|x| unknowns.clone().starting_at(&x).start().to_vec());
+    let unknowns = of(&requests)?;
+    further.retain(|u| u.len() == unknowns.len());
+    let within = |u: &Unknowns| unknowns.clone().starting_at(u.start()).start().to_vec();
+    let others: Vec<Vec<f64>> = further.iter().map(within).collect();
     idle::bounds_and_starts(&[], &arguments.start, &unknowns)?;
 
     let progress = Progress::of_fit(0);
@@ -192,7 +196,7 @@ pub fn diagnosis_of(
         }
         progress.show(0, what);
     };
-    let found = diagnose(&engine, observations, &unknowns, other_start, height, effort, &mut say);
+    let found = diagnose(&engine, observations, &unknowns, &others, height, effort, &mut say);
     progress.finish();
     let found = match found {
         Err(error) if is_interruption(&error) => return Ok(None),

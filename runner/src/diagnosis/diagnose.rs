@@ -13,7 +13,7 @@ use super::shrinkage::Comparison;
 use super::something_else::{SomethingElse, something_else};
 use super::verdict::{DECISIVE, Decision, Evidence, SIGNIFICANT, decide};
 use crate::engine::Engine;
-use crate::fit::{EvaluationFailure, IterationRecord};
+use crate::fit::{EvaluationFailure, FitError, IterationRecord};
 use crate::inference::Setup;
 use crate::inference::Signature;
 use crate::inference::Unknowns;
@@ -97,8 +97,8 @@ pub struct Findings {
 /// A chi^2 that noise exceeds more seldom is a gap, wherever it is.
 const FLAGRANT: f64 = 1e-4;
 
-/// Makes the diagnosis; `say` hears what is being done. `other_start`: a second point from which fits start, where nothing of what an effect
-/// hides is missing.
+/// Makes the diagnosis; `say` hears what is being done. `others`: further points from which fits start, where nothing is missing of what an effect
+/// hides.
 ///
 /// # Errors
 /// When the plain model cannot be fitted, or the user asked to stop.
@@ -106,7 +106,7 @@ pub fn diagnose(
     engine: &Engine,
     observations: Vec<Observation>,
     unknowns: &Unknowns,
-    other_start: Option<Vec<f64>>,
+    others: &[Vec<f64>],
     sample_height_m: Option<f64>,
     effort: Effort,
     say: &mut dyn FnMut(String),
@@ -117,15 +117,18 @@ pub fn diagnose(
     let names: Vec<String> = observations.iter().map(|o| o.name().to_owned()).collect();
     let (effects, left_out) = effects(engine.wiring());
     let candidates = Candidate::of(&effects, &names);
-    let other = other_start.as_deref().unwrap_or(unknowns.start());
-    let asked = |noise| Asked { setup, other, candidates: &candidates, noise, effort };
+    let asked = |noise| Asked { setup, others, candidates: &candidates, noise, effort };
     // The error of the simulation is that of the fitted material, which the start may be far from.
     let rough = noise_at(setup, unknowns.start(), &weights, false)?;
     let mut start = asked(&rough).plain(unknowns.start(), Depth::Rough, say)?;
-    if other_start.is_some() && start.solution.chi_square > MEETS * start.gap_mn.len() as f64 {
-        let from_other = asked(&rough).plain(other, Depth::Rough, say)?;
-        if from_other.solution.chi_square < start.solution.chi_square {
-            start = from_other;
+    for other in others {
+        if start.solution.chi_square > MEETS * start.gap_mn.len() as f64 {
+            match asked(&rough).plain(other, Depth::Rough, say) {
+                Ok(found) if found.solution.chi_square < start.solution.chi_square => start = found,
+                // A start at which the model fails is none.
+                Ok(_) | Err(DiagnosisError::Baseline(FitFailure::Fit(FitError::StartFailed(_)))) => {}
+                Err(failure) => return Err(failure),
+            }
         }
     }
     let noise = noise_at(setup, start.x(), &weights, true)?;
@@ -197,7 +200,7 @@ const LOWER: f64 = 1.0;
 struct Asked<'a> {
     setup: Setup<'a>,
     /// Where fits with effects start, besides the plain fit.
-    other: &'a [f64],
+    others: &'a [Vec<f64>],
     candidates: &'a [Candidate],
     noise: &'a NoiseModel,
     effort: Effort,
@@ -230,7 +233,7 @@ impl Asked<'_> {
 
     /// Signatures, significance and refits around a plain fit.
     fn round(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
-        let &Self { setup, other, candidates, noise, effort } = self;
+        let &Self { setup, others, candidates, noise, effort } = self;
         let observations = setup.observations;
         say(format!("screening {} effects", candidates.len()));
         let (x, fit, covariance) = (plain.x(), &plain.linear, &plain.covariance);
@@ -259,7 +262,7 @@ impl Asked<'_> {
             let (quick, evaluations) = (effort.quick, effort.evaluations);
             let gap = &something_else;
             let search =
-                Search { setup, other, candidates, plain: &plain, gap, covariance, evaluations, quick };
+                Search { setup, others, candidates, plain: &plain, gap, covariance, evaluations, quick };
             refits = search.run(&shown, say)?;
         }
         Ok(Round { plain, screened, failed, spots, family, probability, flagrant, something_else, refits })

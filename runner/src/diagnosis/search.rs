@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! every effect that these data would show, or seem to show (quick: those that promise most), from where it promises more: the plain
-//! model's fit or the other start
-//! -> the leaders from the other point, too, while the best of them leaves more than noise
+//! model's fit or the other starts
+//! -> the leaders from the others, too, while the best of them leaves more than noise
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something
 //! ```
@@ -18,10 +18,11 @@ use crate::inference::effect::Candidate;
 use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH, Tangent, chi_square, linearised};
 use crate::inference::{Linearised, Setup, Signature};
 use crate::noise::{Covariance, form_errors};
+use std::collections::VecDeque;
 
 /// Effects that a quick diagnosis refits.
 const QUICK: usize = 4;
-/// So many times a leader is refitted from another point.
+/// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
 /// Evidence (twice the logarithm) that a second effect must have in the rest of the best single one.
@@ -71,7 +72,7 @@ pub struct Search<'a> {
     /// Engine, measurements, parameters.
     pub setup: Setup<'a>,
     /// Parameters from which fits start, besides the plain fit.
-    pub other: &'a [f64],
+    pub others: &'a [Vec<f64>],
     /// What was asked about.
     pub candidates: &'a [Candidate],
     /// Fit of the plain model.
@@ -96,11 +97,14 @@ impl Search<'_> {
         shown: &[&Screened],
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
-        let mut found: Vec<(Refit, Option<Beginning>)> = Vec::new();
-        for [first, second] in self.beginnings(shown)? {
-            match self.begun(&first, say)? {
-                Some(refit) => found.push((refit, Some(second))),
-                None => found.extend(self.begun(&second, say)?.map(|refit| (refit, None))),
+        let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
+        for beginnings in self.beginnings(shown)? {
+            let mut beginnings = VecDeque::from(beginnings);
+            while let Some(at) = beginnings.pop_front() {
+                if let Some(refit) = self.begun(&at, say)? {
+                    found.push((refit, beginnings));
+                    break;
+                }
             }
         }
         self.begin_elsewhere(&mut found, say)?;
@@ -120,36 +124,39 @@ impl Search<'_> {
         Ok(refits)
     }
 
-    /// Where each effect's refit begins, first where it promises more; those that promise most come first. A plain fit that misses much
+    /// Where each effect's refit begins, first where it promises most; those that promise most come first. A plain fit that misses much
     /// has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain better; at the other
-    /// start nothing is imitated.
-    fn beginnings(&self, shown: &[&Screened]) -> Result<Vec<[Beginning<'_>; 2]>, DiagnosisError> {
-        let start = self.other;
-        let Tangent { covariance, linear, .. } =
-            Tangent::at(self.setup, &[], self.covariance, &self.plain.prior, start)?;
-        let start_chi_square = chi_square(self.setup, &[], self.covariance, start)?.unwrap_or(f64::INFINITY);
+    /// starts nothing is imitated.
+    fn beginnings(&self, shown: &[&Screened]) -> Result<Vec<Vec<Beginning<'_>>>, DiagnosisError> {
         let missed = excess(self.plain);
-        let both = |s: &&Screened| {
-            let promise = |signature: &Signature, linear: &Linearised| {
-                let promise = self.promise(s.candidate, signature, linear);
-                // More than the whole gap cannot be gained.
-                Promise { gain: promise.gain.min(missed), ..promise }
-            };
-            let at_start = Beginning {
-                promise: promise(&linear.signature(&covariance, &s.change_mn), &linear),
-                x: start,
-                chi_square: start_chi_square,
-            };
-            let at_fit = Beginning {
-                promise: promise(&s.signature, &self.plain.linear),
-                x: self.plain.x(),
-                chi_square: self.plain.solution.chi_square,
-            };
-            if at_start.promise.gain > at_fit.promise.gain { [at_start, at_fit] } else { [at_fit, at_start] }
+        let promise = |s: &Screened, signature: &Signature, linear: &Linearised| {
+            let promise = self.promise(s.candidate, signature, linear);
+            // More than the whole gap cannot be gained.
+            Promise { gain: promise.gain.min(missed), ..promise }
         };
-        let mut all: Vec<_> = shown.iter().map(both).collect();
-        let best = |b: &[Beginning; 2]| b[0].promise.evidence.max(b[1].promise.evidence);
-        all.sort_by(|a, b| best(b).total_cmp(&best(a)));
+        let at_fit = |s: &&Screened| {
+            let promise = promise(s, &s.signature, &self.plain.linear);
+            vec![Beginning { promise, x: self.plain.x(), chi_square: self.plain.solution.chi_square }]
+        };
+        let mut all: Vec<Vec<Beginning>> = shown.iter().map(at_fit).collect();
+        for x in self.others {
+            let there = Tangent::at(self.setup, &[], self.covariance, &self.plain.prior, x);
+            let Tangent { covariance, linear, .. } = match there {
+                Err(EvaluationFailure::Failed(_)) => continue,
+                other => other?,
+            };
+            let Some(chi_square) = chi_square(self.setup, &[], self.covariance, x)? else { continue };
+            for (beginnings, s) in all.iter_mut().zip(shown) {
+                let promise = promise(s, &linear.signature(&covariance, &s.change_mn), &linear);
+                beginnings.push(Beginning { promise, x, chi_square });
+            }
+        }
+        for beginnings in &mut all {
+            beginnings.sort_by(|a, b| b.promise.gain.total_cmp(&a.promise.gain));
+        }
+        let evidence =
+            |b: &[Beginning]| b.iter().map(|b| b.promise.evidence).fold(f64::NEG_INFINITY, f64::max);
+        all.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
         if self.quick {
             all.truncate(QUICK);
         }
@@ -162,16 +169,16 @@ impl Search<'_> {
         self.refit(&members, at.x, Depth::Competing, say)
     }
 
-    /// The leaders are begun from the other point, too, while the best of them leaves more than noise.
+    /// The leaders are begun from the other starts, too, while the best of them leaves more than noise.
     fn begin_elsewhere(
         &self,
-        found: &mut [(Refit, Option<Beginning>)],
+        found: &mut [(Refit, VecDeque<Beginning>)],
         say: &mut dyn FnMut(String),
     ) -> Result<(), DiagnosisError> {
         for _ in 0..if self.quick { QUICK_AGAIN } else { AGAIN } {
             let leader = found.iter_mut().max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
             let Some((refit, elsewhere)) = leader else { break };
-            let Some(at) = elsewhere.take().filter(|_| !refit.leaves_noise()) else { break };
+            let Some(at) = elsewhere.pop_front().filter(|_| !refit.leaves_noise()) else { break };
             if let Some(other) = self.begun(&at, say)?.filter(|other| other.gain > refit.gain) {
                 *refit = other;
             }
