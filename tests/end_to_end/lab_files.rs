@@ -268,7 +268,7 @@ fn the_measured_files_of_this_repository_are_read() {
     // The position of the platen and the preload are told, not taken for granted.
     for (ramp, preload) in [("ramp1", "249."), ("ramp2", ""), ("ramp3", "")] {
         let file = repository(&format!("data/measured/cartilage_unconfined_{ramp}.csv"));
-        let printed = succeed(&["inspect", text(&file)]);
+        let printed = one_line(&succeed(&["inspect", text(&file)]));
         assert!(printed.starts_with("warning: ") && printed.contains("--zero contact"), "{printed}");
         let preload = format!("the force is {preload}");
         assert!(printed.contains(&preload) && printed.contains("--tare none"), "{printed}");
