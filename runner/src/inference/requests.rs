@@ -37,6 +37,8 @@ pub struct Defaults {
     pub fixed: BTreeMap<String, f64>,
     /// Starts, each with its bounds; those of moduli and times follow from their own start.
     pub start: BTreeMap<String, (f64, [f64; 2])>,
+    /// Shortest and longest relaxation time (s) that the data can show.
+    pub times_s: Option<[f64; 2]>,
 }
 
 /// Bounds of one sign stretched to a decade beyond a start of that sign: what the user says wins over what the data say.

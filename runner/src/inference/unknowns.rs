@@ -56,11 +56,10 @@ pub struct Unknowns {
     ties: Vec<Tie>,
     bounds: Bounds,
     start: Vec<f64>,
-    /// Centre of what is known before.
-    centre: Vec<f64>,
 }
 
-/// Moduli and times are sought this factor either way of the start: two and a half decades.
+/// Times are sought this factor either way of the start where no data tell it, moduli that much above and its square below their
+/// sum at the start.
 const EITHER_WAY: f64 = 316.227_766_016_837_9;
 /// Width of a variable's bounds in deviations of its prior: the bounds are where nobody expects it, and a truth ten times away
 /// from the centre costs less than one unit of chi^2.
@@ -79,7 +78,6 @@ impl Unknowns {
             fixed: BTreeMap::new(),
             ties: vec![],
             bounds,
-            centre: start.clone(),
             start,
         }
     }
@@ -204,11 +202,14 @@ impl Unknowns {
         (self.bounds.lower(), self.bounds.upper())
     }
 
-    /// Normal knowledge of the variables before the measurement: centred on the start, a quarter of the bounds wide.
+    /// Normal knowledge of the variables before the measurement: in the middle of the bounds, a quarter of them wide.
     pub fn prior(&self) -> Prior {
         let (lower, upper) = self.bounds();
-        let width = |(l, u): (&f64, &f64)| (u - l) / BOUNDS_IN_DEVIATIONS;
-        Prior { mean: self.centre.clone(), deviation: lower.iter().zip(upper).map(width).collect() }
+        let bounds = || lower.iter().zip(upper);
+        Prior {
+            mean: bounds().map(|(l, u)| 0.5 * (l + u)).collect(),
+            deviation: bounds().map(|(l, u)| (u - l) / BOUNDS_IN_DEVIATIONS).collect(),
+        }
     }
 
     /// Modulus, exponent and, of a branch, relaxation time of a group.

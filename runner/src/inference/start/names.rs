@@ -7,6 +7,10 @@ use std::f64::consts::PI;
 
 /// Half the width of the bounds: two and a half decades to either side.
 const REACH: f64 = 316.0;
+/// Of a branch that relaxes in this part of the ramp only the viscosity shows; of one that takes this many times the test only the
+/// modulus.
+const TOO_FAST: f64 = 1e-3;
+const TOO_SLOW: f64 = 1e2;
 /// Exponent at which every spring starts: force and depth of one test say little of it.
 const ALPHA: f64 = -3.0;
 const ALPHA_BOUNDS: [f64; 2] = [-30.0, -1.0];
@@ -96,13 +100,14 @@ impl Start {
         if let Some(lambda_star) = self.lambda_star_pa.filter(|_| !mentioned.lambda_star) {
             start.insert(LAMBDA_STAR.to_owned(), around(lambda_star));
         }
+        let times_s = Some([TOO_FAST * self.shortest_ramp_s, TOO_SLOW * self.longest_s]);
         if mentioned.free {
-            return Defaults { start, ..Defaults::default() };
+            return Defaults { start, times_s, ..Defaults::default() };
         }
         let absent = (self.branches.len() + 1..=MOST_BRANCHES).map(|n| (branch(n, "mu"), 0.0)).collect();
         let table = poropunch::variables::table().iter().map(|v| v.name);
         let free = table.filter(|name| start.contains_key(*name)).map(str::to_owned).collect();
-        Defaults { free, fixed: absent, start }
+        Defaults { free, fixed: absent, start, times_s }
     }
 
     /// In words, for terminal and report.

@@ -135,8 +135,8 @@ impl Builder<'_> {
             let modulus = groups.iter().position(|(g, _)| g.modulus == j);
             let time = groups.iter().position(|(g, _)| g.time == Some(j));
             let (variable, role) = match (modulus, time) {
-                (Some(k), _) => (modulus_variable(&groups[k])?, Role::Modulus(k)),
-                (_, Some(k)) => (time_variable(&groups, k)?, Role::Time(k)),
+                (Some(k), _) => (modulus_variable(&groups, k)?, Role::Modulus(k)),
+                (_, Some(k)) => (time_variable(&groups, k, self.defaults.times_s)?, Role::Time(k)),
                 _ => (self.parameter(name)?, Role::Parameter),
             };
             variables.push(variable);
@@ -145,9 +145,7 @@ impl Builder<'_> {
         let (start, bounds) = internal_problem(&variables)?;
         let (fixed, ties) = (BTreeMap::new(), vec![]);
         let groups = groups.into_iter().map(|(g, _)| g).collect();
-        let centre = start.clone();
-        let mut unknowns =
-            Unknowns { variables, roles, groups, free: vec![], fixed, ties, bounds, start, centre };
+        let mut unknowns = Unknowns { variables, roles, groups, free: vec![], fixed, ties, bounds, start };
         unknowns.free =
             free.iter().enumerate().map(|(j, n)| self.reported(&unknowns, j, n)).collect::<Result<_, _>>()?;
         Ok(unknowns)
@@ -174,23 +172,34 @@ impl Builder<'_> {
     }
 }
 
-fn modulus_variable((group, [modulus_pa, _]): &(Group, [f64; 2])) -> Result<FitParameter, FitError> {
+/// Sought where any group's modulus may lie: how the start shares the sum among them is the least certain of it.
+fn modulus_variable(groups: &[(Group, [f64; 2])], k: usize) -> Result<FitParameter, FitError> {
+    let (group, [modulus_pa, _]) = &groups[k];
+    let sum: f64 = groups.iter().map(|(_, [modulus, _])| modulus).sum();
+    let limits = [modulus_pa.min(sum / EITHER_WAY / EITHER_WAY), sum * EITHER_WAY];
     let label = label(&group.prefix);
-    let limits = [modulus_pa / EITHER_WAY, modulus_pa * EITHER_WAY];
     let (name, symbol) = (format!("shear_modulus[{label}]"), format!("G_{label}"));
     FitParameter::new(&name, &symbol, Unit::new("Pa", 1.0), *modulus_pa, limits)
 }
 
-fn time_variable(groups: &[(Group, [f64; 2])], k: usize) -> Result<FitParameter, FitError> {
+/// Sought where any branch's time may lie, for the same reason.
+fn time_variable(
+    groups: &[(Group, [f64; 2])],
+    k: usize,
+    shown_s: Option<[f64; 2]>,
+) -> Result<FitParameter, FitError> {
     let (group, [_, time_s]) = &groups[k];
+    let times = || groups.iter().filter(|(g, _)| g.time.is_some()).map(|(_, [_, time])| *time);
+    let (fastest, slowest) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
+    let [shortest, longest] = shown_s.unwrap_or([fastest / EITHER_WAY, slowest * EITHER_WAY]);
+    let (shortest, longest) = (shortest.min(fastest), longest.max(slowest));
     let own = label(&group.prefix);
     let Some(faster) = group.faster else {
-        let limits = [time_s / EITHER_WAY, time_s * EITHER_WAY];
         let (name, symbol) = (format!("relaxation_time[{own}]"), format!("tau_{own}"));
-        return FitParameter::new(&name, &symbol, Unit::new("s", 1.0), *time_s, limits);
+        return FitParameter::new(&name, &symbol, Unit::new("s", 1.0), *time_s, [shortest, longest]);
     };
     let (other, ratio) = (label(&groups[faster].0.prefix), time_s / groups[faster].1[1]);
     let name = format!("relaxation_time[{own}] / relaxation_time[{other}]");
     let symbol = format!("tau_{own} / tau_{other}");
-    FitParameter::new(&name, &symbol, Unit::new("", 1.0), ratio, [1.0, ratio * EITHER_WAY])
+    FitParameter::new(&name, &symbol, Unit::new("", 1.0), ratio, [1.0, longest / shortest])
 }
