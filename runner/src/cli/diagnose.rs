@@ -172,20 +172,18 @@ pub fn diagnosis_of(
     let doubts: Vec<String> = measurements.iter().flat_map(Measurement::doubts).collect();
     let observations = observe(&measurements, height)?;
     let of = |requests: &Requests| Unknowns::new(engine.wiring(), engine.is_own(), requests);
-    let mut further = Vec::new();
+    let mut others = Vec::new();
     if let Some((start, mentioned)) = start(&engine, &observations, &requests, BRANCHES..=BRANCHES)? {
-        // The FMU's own start values, and a branch that the data may hide.
-        further.push(of(&requests)?);
         // A weak skeleton and a third branch are effects that are asked about.
         let mentioned = Mentioned { lambda_star: true, ..mentioned };
         requests.defaults = start.clone().with_hidden_branch().defaults(mentioned);
-        further.push(of(&requests)?);
+        others.push(of(&requests)?.start().to_vec());
         requests.defaults = start.defaults(mentioned);
     }
     let unknowns = of(&requests)?;
-    further.retain(|u| u.len() == unknowns.len());
-    let within = |u: &Unknowns| unknowns.clone().starting_at(u.start()).start().to_vec();
-    let others: Vec<Vec<f64>> = further.iter().map(within).collect();
+    for other in &mut others {
+        *other = unknowns.clone().starting_at(other).start().to_vec();
+    }
     idle::bounds_and_starts(&[], &arguments.start, &unknowns)?;
 
     let progress = Progress::of_fit(0);

@@ -34,6 +34,21 @@ pub struct Refit {
 }
 
 impl Refit {
+    /// The same judged against a fit of the plain model, of whose gap a smooth error explains `gap`.
+    #[must_use]
+    pub fn against(self, candidates: &[Candidate], plain: &Fit, gap: &SomethingElse) -> Self {
+        let active: Vec<&Candidate> = self.members.iter().map(|k| &candidates[*k]).collect();
+        // Of a gap with kinks, as a lag leaves it, a smooth error explains little: the larger measure is the gap.
+        let whole = gap.explained.max(excess(plain));
+        let is_small = |rest: f64| rest < REST * REST * whole;
+        Self {
+            evidence: self.fit.evidence(&active) - plain.evidence(&[]),
+            gain: plain.solution.chi_square - self.fit.misfit(),
+            leaves_little: is_small(self.remainder.explained) && is_small(excess(&self.fit)),
+            ..self
+        }
+    }
+
     /// Whether noise alone leaves such a rest.
     pub fn leaves_noise(&self) -> bool {
         self.adequacy > SIGNIFICANT
@@ -62,25 +77,17 @@ pub fn refit(
     let start = [from, &start_magnitudes(candidates, members)].concat();
     let plan = FitPlan { starts: vec![start], evaluations, depth };
     let found = fit(setup, &active, covariance, &plan, observe)?;
-    let evidence = found.evidence(&active) - plain.evidence(&[]);
-    let gain = plain.solution.chi_square - found.misfit();
-    let remainder = something_else(setup.observations, &found.linear, &found.covariance);
-    let adequacy = adequacy(setup, &found);
-    // Of a gap with kinks, as a lag leaves it, a smooth error explains little: the larger measure is the gap.
-    let whole = gap.explained.max(excess(plain));
-    let is_small = |rest: f64| rest < REST * REST * whole;
-    let leaves_little = is_small(remainder.explained) && is_small(excess(&found));
-    let members = members.iter().map(|(k, _)| *k).collect();
-    Ok(Refit {
-        members,
+    let refit = Refit {
+        members: members.iter().map(|(k, _)| *k).collect(),
         alternatives: vec![],
+        remainder: something_else(setup.observations, &found.linear, &found.covariance),
+        adequacy: adequacy(setup, &found),
+        evidence: 0.0,
+        gain: 0.0,
+        leaves_little: false,
         fit: found,
-        evidence,
-        gain,
-        remainder,
-        adequacy,
-        leaves_little,
-    })
+    };
+    Ok(refit.against(candidates, plain, gap))
 }
 
 /// Where the magnitudes of a refit begin: inside their ranges, since the optimiser cannot leave a bound on which it starts.

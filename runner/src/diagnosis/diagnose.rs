@@ -97,8 +97,8 @@ pub struct Findings {
 /// A chi^2 that noise exceeds more seldom is a gap, wherever it is.
 const FLAGRANT: f64 = 1e-4;
 
-/// Makes the diagnosis; `say` hears what is being done. `others`: further points from which fits start, where nothing is missing of what an effect
-/// hides.
+/// Makes the diagnosis; `say` hears what is being done. `others`: further points from which fits start, where nothing is missing
+/// of what an effect hides.
 ///
 /// # Errors
 /// When the plain model cannot be fitted, or the user asked to stop.
@@ -134,15 +134,19 @@ pub fn diagnose(
     let noise = noise_at(setup, start.x(), &weights, true)?;
     let asked = asked(&noise);
     let plain = asked.plain(start.x(), Depth::Minimum, say)?;
-    let mut round = asked.round(plain, say)?;
+    let mut round = asked.round(plain, None, say)?;
     // The plain model has to be fitted as well as its rivals are: from where the best of them ended, too.
     if let Some(leader) = round.refits.first() {
+        let before = round.plain.solution.chi_square;
         let again = asked.plain(leader.fit.x(), Depth::Rough, say)?;
-        let least = (1.0 - ROUGH) * again.solution.chi_square;
-        if least < round.plain.solution.chi_square - LOWER {
+        if (1.0 - ROUGH) * again.solution.chi_square < before - LOWER {
             let again = asked.plain(again.x(), Depth::Minimum, say)?;
-            if again.solution.chi_square < round.plain.solution.chi_square - LOWER {
-                round = asked.round(again, say)?;
+            let lower = before - again.solution.chi_square;
+            if lower > LOWER {
+                // A gap that stays nearly what it was is met by the same models.
+                let stays = lower < ROUGH * leader.gain;
+                let refits = std::mem::take(&mut round.refits);
+                round = asked.round(again, stays.then_some(refits), say)?;
             }
         }
     }
@@ -231,8 +235,13 @@ impl Asked<'_> {
         fit(self.setup, &[], &self.noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)
     }
 
-    /// Signatures, significance and refits around a plain fit.
-    fn round(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
+    /// Signatures, significance and refits around a plain fit; `known`: the refits, where they were made already.
+    fn round(
+        &self,
+        plain: Fit,
+        known: Option<Vec<Refit>>,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Round, DiagnosisError> {
         let &Self { setup, others, candidates, noise, effort } = self;
         let observations = setup.observations;
         say(format!("screening {} effects", candidates.len()));
@@ -256,7 +265,10 @@ impl Asked<'_> {
             is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold)
         };
         let mut refits = Vec::new();
-        if probability <= SIGNIFICANT {
+        if let Some(known) = known {
+            let against = |refit: Refit| refit.against(candidates, &plain, &something_else);
+            refits = known.into_iter().map(against).collect();
+        } else if probability <= SIGNIFICANT {
             let shown: Vec<&Screened> = screened.iter().filter(testable).collect();
             let covariance = &noise.covariance;
             let (quick, evaluations) = (effort.quick, effort.evaluations);

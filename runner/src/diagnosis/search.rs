@@ -56,6 +56,8 @@ impl Promise {
 #[derive(Clone, Copy)]
 struct Beginning<'a> {
     promise: Promise,
+    /// Number of effects that promise more there.
+    rank: usize,
     x: &'a [f64],
     /// chi^2 of the plain model there.
     chi_square: f64,
@@ -113,20 +115,26 @@ impl Search<'_> {
         if let Some(best) = refits.first().filter(|best| !best.leaves_noise())
             && let Some(pair) = self.pair(best, shown, say)?
         {
-            // The single effect has to be fitted as well as the pair is: from where that ended, too.
-            let own = pair.fit.magnitudes().first().copied().unwrap_or(1.0);
-            let single = self.refit(&[(best.members[0], own)], pair.fit.x(), Depth::Competing, say)?;
-            if let Some(single) = single.filter(|single| single.gain > best.gain) {
-                refits[0] = single;
+            // Each of the two alone has to be fitted as well as the pair is: from where that ended, too.
+            for (k, &member) in pair.members.iter().enumerate() {
+                let size = pair.fit.magnitudes().get(k).copied().unwrap_or(1.0);
+                let alone = self.refit(&[(member, size)], pair.fit.x(), Depth::Competing, say)?;
+                let Some(alone) = alone else { continue };
+                match refits.iter_mut().find(|r| r.members == [member]) {
+                    Some(before) if before.gain < alone.gain => *before = alone,
+                    Some(_) => {}
+                    None => refits.push(alone),
+                }
             }
+            refits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
             refits.push(pair);
         }
         Ok(refits)
     }
 
-    /// Where each effect's refit begins, first where it promises most; those that promise most come first. A plain fit that misses much
-    /// has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain better; at the other
-    /// starts nothing is imitated.
+    /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain
+    /// fit that misses much has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain
+    /// better; at the other starts nothing is imitated, but what is promised there is farther from the truth.
     fn beginnings(&self, shown: &[&Screened]) -> Result<Vec<Vec<Beginning<'_>>>, DiagnosisError> {
         let missed = excess(self.plain);
         let promise = |s: &Screened, signature: &Signature, linear: &Linearised| {
@@ -136,9 +144,9 @@ impl Search<'_> {
         };
         let at_fit = |s: &&Screened| {
             let promise = promise(s, &s.signature, &self.plain.linear);
-            vec![Beginning { promise, x: self.plain.x(), chi_square: self.plain.solution.chi_square }]
+            Beginning { promise, rank: 0, x: self.plain.x(), chi_square: self.plain.solution.chi_square }
         };
-        let mut all: Vec<Vec<Beginning>> = shown.iter().map(at_fit).collect();
+        let mut points = vec![shown.iter().map(at_fit).collect::<Vec<_>>()];
         for x in self.others {
             let there = Tangent::at(self.setup, &[], self.covariance, &self.plain.prior, x);
             let Tangent { covariance, linear, .. } = match there {
@@ -146,17 +154,27 @@ impl Search<'_> {
                 other => other?,
             };
             let Some(chi_square) = chi_square(self.setup, &[], self.covariance, x)? else { continue };
-            for (beginnings, s) in all.iter_mut().zip(shown) {
+            let begin = |s: &&Screened| {
                 let promise = promise(s, &linear.signature(&covariance, &s.change_mn), &linear);
-                beginnings.push(Beginning { promise, x, chi_square });
+                Beginning { promise, rank: 0, x, chi_square }
+            };
+            points.push(shown.iter().map(begin).collect());
+        }
+        for point in &mut points {
+            point.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
+            point.iter_mut().enumerate().for_each(|(rank, beginning)| beginning.rank = rank);
+        }
+        // Stable: of equal ranks that at the plain fit comes first.
+        let mut ranked: Vec<Beginning> = points.concat();
+        ranked.sort_by_key(|beginning| beginning.rank);
+        let mut all: Vec<Vec<Beginning>> = Vec::new();
+        for beginning in ranked {
+            let same = |b: &&mut Vec<Beginning>| b[0].promise.candidate == beginning.promise.candidate;
+            match all.iter_mut().find(same) {
+                Some(beginnings) => beginnings.push(beginning),
+                None => all.push(vec![beginning]),
             }
         }
-        for beginnings in &mut all {
-            beginnings.sort_by(|a, b| b.promise.gain.total_cmp(&a.promise.gain));
-        }
-        let evidence =
-            |b: &[Beginning]| b.iter().map(|b| b.promise.evidence).fold(f64::NEG_INFINITY, f64::max);
-        all.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
         if self.quick {
             all.truncate(QUICK);
         }
