@@ -3,7 +3,7 @@
 use super::exit::UsageError;
 use super::progress::Progress;
 use super::terminal;
-use super::{CliResult, Ending, program};
+use super::{CliResult, Ending};
 use crate::study::plan::{Asked, rows_per_unit};
 use crate::study::submit::{Engine, Needs, Submission, measured, per_task, tasks, units_of_task};
 use crate::study::unit::program_hash;
@@ -170,8 +170,16 @@ fn plan(arguments: &PlanArguments) -> CliResult {
         let why = format!("{own}: the study decides that for each unit; leave it out");
         return Err(UsageError(why).into());
     }
-    let units = asked.units(&program_hash()?)?;
-    check(asked.question, &units)?;
+    let program = super::program();
+    let command = program.find_subcommand(asked.question.command());
+    let takes_path = |a: &&clap::Arg| a.get_value_hint() != ValueHint::Unknown;
+    let paths: Vec<String> = command
+        .into_iter()
+        .flat_map(|c| c.get_arguments().filter(takes_path).filter_map(clap::Arg::get_long))
+        .map(|long| format!("--{long}"))
+        .collect();
+    let units = asked.units(&program_hash()?, &|name| paths.iter().any(|p| p == name))?;
+    check(&program, asked.question, &units)?;
     let plan = Plan::make(&asked, &units, &arguments.out)?;
     let done = units.len() - status::missing(&plan, true)?.len();
     let there = if done > 0 { format!("; {done} have their results already") } else { String::new() };
@@ -181,12 +189,12 @@ fn plan(arguments: &PlanArguments) -> CliResult {
 }
 
 /// What clap would say to the first unit, before a thousand of them say it.
-fn check(question: Question, units: &[Unit]) -> Result<(), UsageError> {
+fn check(program: &clap::Command, question: Question, units: &[Unit]) -> Result<(), UsageError> {
     let Some(unit) = units.first() else { return Ok(()) };
     let words = ["runner", question.command()].map(str::to_owned).into_iter();
     let words = words.chain(unit.options.iter().cloned()).chain(["--".to_owned()]);
     let inputs = unit.inputs.iter().filter(|i| !i.is_option).map(|i| i.argument.clone());
-    let refused = program().try_get_matches_from(words.chain(inputs)).err();
+    let refused = program.clone().try_get_matches_from(words.chain(inputs)).err();
     refused.map_or(Ok(()), |e| {
         let text = e.to_string();
         let said = text.lines().take_while(|l| !l.is_empty()).map(str::trim).collect::<Vec<_>>().join(" ");

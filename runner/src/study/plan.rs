@@ -94,18 +94,19 @@ impl Asked {
         Ok(asked)
     }
 
-    /// The units, checked as far as it can be done without computing: every file is there.
+    /// The units, checked as far as it can be done without computing: every file is there. Which options (`--fmu`) are paths is the
+    /// command line's to say.
     ///
     /// # Errors
     /// The first thing that is wrong with the table or with a file that it names.
-    pub fn units(&self, program: &str) -> Result<Vec<Unit>, StudyError> {
+    pub fn units(&self, program: &str, is_path: &dyn Fn(&str) -> bool) -> Result<Vec<Unit>, StudyError> {
         let own = self.question.defaults().iter().filter(|d| {
             let name = d.split('=').next().unwrap_or(d);
             !self.options.iter().any(|o| o.split('=').next() == Some(name))
         });
         let options: Vec<String> =
             own.map(|d| (*d).to_owned()).chain(self.options.iter().cloned()).collect();
-        let (options, shared) = with_files(options)?;
+        let (options, shared) = with_files(options, is_path)?;
         let mut units = match self.question {
             Question::Identify | Question::Diagnose => {
                 self.of_rows(table::read(&self.table)?, &options, &shared)?
@@ -170,19 +171,24 @@ impl Asked {
     }
 }
 
-/// Options whose values are files get absolute paths, and the files count by their bytes.
-fn with_files(options: Vec<String>) -> Result<(Vec<String>, Vec<Input>), StudyError> {
-    let (mut words, mut inputs) = (Vec::new(), Vec::new());
+/// Values of options that are paths become absolute, and what is there counts by its bytes.
+fn with_files(options: Vec<String>, is_path: &dyn Fn(&str) -> bool) -> Result<(Vec<String>, Vec<Input>), StudyError> {
+    let (mut words, mut inputs, mut follows) = (Vec::new(), Vec::new(), false);
     for word in options {
         let (head, value) = match word.split_once('=') {
-            Some((head, value)) if head.starts_with("--") => (format!("{head}="), value),
-            _ => (String::new(), word.as_str()),
+            Some((name, value)) if is_path(name) => (format!("{name}="), value),
+            _ if word.starts_with('-') => {
+                follows = is_path(&word);
+                words.push(word);
+                continue;
+            }
+            _ if follows => (String::new(), word.as_str()),
+            _ => {
+                words.push(word);
+                continue;
+            }
         };
-        if value.starts_with("--") || !Path::new(value).is_file() {
-            words.push(word);
-            continue;
-        }
-        let input = Input { is_option: true, ..Input::measurement(Path::new(value))? };
+        let input = Input::of_option(Path::new(value))?;
         words.push(format!("{head}{}", input.argument));
         inputs.push(input);
     }
@@ -326,7 +332,7 @@ mod tests {
         }
         std::fs::write(d.join("t.csv"), "specimen,files,group\na,a.csv,x\nb,longer_name.csv,y\n").unwrap();
         let asked = Asked { table: d.join("t.csv"), ..Asked::default() };
-        let units = asked.units("program").unwrap();
+        let units = asked.units("program", &|_| false).unwrap();
         (asked, units)
     }
 
@@ -359,7 +365,7 @@ mod tests {
         std::fs::write(&job, "x").unwrap();
         let with = || {
             let options = vec!["--job".to_owned(), job.to_string_lossy().into_owned()];
-            Asked { options, ..asked.clone() }.units("program").unwrap()
+            Asked { options, ..asked.clone() }.units("program", &|name| name == "--job").unwrap()
         };
         let before = with();
         assert_ne!(before[0].key, units[0].key);

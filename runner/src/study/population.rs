@@ -12,7 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// Half the rise of -2 ln(likelihood) at the ends of a 95 % profile interval is 3.84 / 2: chi^2 of one degree of freedom.
+/// Rise of -2 ln(likelihood) at the ends of a 95 % profile interval: chi^2 of one degree of freedom.
 const RISE: f64 = 3.841_458_820_694_124;
 /// Power with which a difference is to be found, and the level of its test.
 const POWER: f64 = 0.8;
@@ -204,7 +204,8 @@ fn minimum(f: &impl Fn(f64) -> f64, largest: f64) -> f64 {
         if f(a) <= f(b) { high = b } else { low = a }
     }
     let found = (low + high) / 2.0;
-    if f(0.0) <= f(found) { 0.0 } else { found }
+    // A minimum at the boundary is met by the search only to its last step.
+    if f(0.0) <= f(found) || found < 1e-6 * largest { 0.0 } else { found }
 }
 
 /// Where a function passes a limit, between a place outside and one inside.

@@ -55,6 +55,27 @@ impl Input {
         Ok(Self { argument, blake3: hash, is_option: false })
     }
 
+    /// What an option names: a file, a measurement, or a folder (of an FMU) with all that is in it.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn of_option(argument: &Path) -> Result<Self, StudyError> {
+        if !argument.is_dir() {
+            return Ok(Self { is_option: true, ..Self::measurement(argument)? });
+        }
+        let folder = std::path::absolute(argument).map_err(StudyError::io(argument))?;
+        let mut hash = Hasher::new("study folder");
+        add_folder(&folder, &folder, &mut hash)?;
+        let blake3 = blake3::Hash::from(hash.finish()).to_hex().to_string();
+        Ok(Self { argument: folder.to_string_lossy().into_owned(), blake3, is_option: true })
+    }
+
+    /// The same as it is now.
+    fn again(&self) -> Result<Self, StudyError> {
+        let path = Path::new(&self.argument);
+        if self.is_option { Self::of_option(path) } else { Self::measurement(path) }
+    }
+
     /// Name in the answer, which depends on it: of the test, or of the file.
     fn name(&self) -> String {
         match self.argument.split_once('=') {
@@ -87,14 +108,28 @@ impl Unit {
     /// When one is not, or cannot be read.
     pub fn check_inputs(&self) -> Result<(), StudyError> {
         // Rows are checked when they are cut out of the table.
-        for input in self.inputs.iter().filter(|_| self.rows.is_none()) {
-            let path = Path::new(&input.argument);
-            if Input::measurement(path)?.blake3 != input.blake3 {
-                return Err(StudyError::Changed { file: path.to_owned() });
+        for input in self.inputs.iter().filter(|i| i.is_option || self.rows.is_none()) {
+            if input.again()?.blake3 != input.blake3 {
+                return Err(StudyError::Changed { file: PathBuf::from(&input.argument) });
             }
         }
         Ok(())
     }
+}
+
+fn add_folder(root: &Path, folder: &Path, hash: &mut Hasher) -> Result<(), StudyError> {
+    let entries = std::fs::read_dir(folder).map_err(StudyError::io(folder))?;
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
+    paths.sort();
+    for path in paths {
+        if path.is_dir() {
+            add_folder(root, &path, hash)?;
+            continue;
+        }
+        let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().into_owned();
+        hash.bytes(name.as_bytes()).bytes(&std::fs::read(&path).map_err(StudyError::io(&path))?);
+    }
+    Ok(())
 }
 
 /// Hash of the running program and of the FMU's library beside it: what answers.
