@@ -9,8 +9,17 @@ use std::process::Command;
 
 const P2: &str = "data/measurement/table1-one-cycle/P2.csv";
 const SCHEMAS: [&str; 11] = [
-    "job", "result", "diagnosis", "inspection", "simulation", "validation", "batch", "study-unit", "study-result",
-    "study-status", "study-population",
+    "job",
+    "result",
+    "diagnosis",
+    "inspection",
+    "simulation",
+    "validation",
+    "batch",
+    "study-unit",
+    "study-result",
+    "study-status",
+    "study-population",
 ];
 
 pub fn committed(name: &str) -> std::path::PathBuf {

@@ -49,7 +49,7 @@ struct PlanArguments {
     #[arg(long, value_enum)]
     question: Option<Question>,
     /// Rows of the table of batch in one unit [default: 60]
-    #[arg(long, value_name = "N", value_parser = super::count::points)]
+    #[arg(long, value_name = "N", value_parser = super::count::starts)]
     rows: Option<usize>,
     /// Where results are kept, shared by any number of plans [default: DIR/results]
     #[arg(long, value_name = "DIR")]
@@ -151,8 +151,7 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
 }
 
 /// Options that belong to the study, not to its question.
-const OWN: [&str; 8] =
-    ["--out", "-o", "--cache", "--resume", "--jobs", "-j", "--json", "--progress"];
+const OWN: [&str; 8] = ["--out", "-o", "--cache", "--resume", "--jobs", "-j", "--json", "--progress"];
 
 fn plan(arguments: &PlanArguments) -> CliResult {
     let is_toml = arguments.table.extension().is_some_and(|e| e == "toml");
@@ -311,7 +310,9 @@ fn submit(arguments: &SubmitArguments, stop: &Arc<AtomicBool>) -> CliResult {
     }
     let pilot = measured(&plan)?;
     if pilot.is_none() && !known() {
-        terminal::note("no unit is done yet: time and memory are guesses until the first one (--memory, --time)");
+        terminal::note(
+            "no unit is done yet: time and memory are guesses until the first one (--memory, --time)",
+        );
     }
     // A fit of minutes in a few hundred megabytes, until a unit says better.
     let mut needs = Needs::from_measured(pilot.unwrap_or((600.0, 500.0)), per_task, arguments.cores);
@@ -353,7 +354,14 @@ fn show_status(arguments: &StatusArguments) -> CliResult {
 }
 
 fn say_status(s: &status::Status) {
-    say!("{} units: {} done, {} running, {} failed, {} waiting", s.units, s.done, s.running, s.failed, s.waiting);
+    say!(
+        "{} units: {} done, {} running, {} failed, {} waiting",
+        s.units,
+        s.done,
+        s.running,
+        s.failed,
+        s.waiting
+    );
     if let Some(left) = s.seconds_left {
         say!("some {} left", humantime::format_duration(Duration::from_secs(left.ceil() as u64)));
     }
@@ -373,4 +381,3 @@ fn gathered(arguments: &GatherArguments) -> CliResult {
     }
     Ok(Ending::Complete)
 }
-

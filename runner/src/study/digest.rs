@@ -175,8 +175,7 @@ fn few(name: &str, time_s: &[f64], measured_mn: &[f64], model_mn: &[f64]) -> Cur
     let n = time_s.len().min(measured_mn.len()).min(model_mn.len());
     let step = n.div_ceil(POINTS).max(1);
     let peak = (0..n).max_by(|a, b| measured_mn[*a].total_cmp(&measured_mn[*b]));
-    let kept: Vec<usize> =
-        (0..n).filter(|k| k % step == 0 || Some(*k) == peak || *k + 1 == n).collect();
+    let kept: Vec<usize> = (0..n).filter(|k| k % step == 0 || Some(*k) == peak || *k + 1 == n).collect();
     let of = |all: &[f64]| kept.iter().map(|&k| all[k]).collect();
     Curve { name: name.to_owned(), time_s: of(time_s), measured_mn: of(measured_mn), model_mn: of(model_mn) }
 }

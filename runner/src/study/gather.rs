@@ -291,7 +291,8 @@ fn table(rows: &[Row], plan: &Plan) -> Result<String, StudyError> {
         header.extend(["answer", "confidence", "gap_percent", "shrinkage", "text"].map(str::to_owned));
     }
     for (symbol, unit) in &symbols {
-        let with_unit = if *unit == "1" || unit.is_empty() { (*symbol).to_owned() } else { format!("{symbol} [{unit}]") };
+        let with_unit =
+            if *unit == "1" || unit.is_empty() { (*symbol).to_owned() } else { format!("{symbol} [{unit}]") };
         header.push(with_unit);
         header.extend(["lower", "upper", "ln_sigma", "known"].map(|what| format!("{symbol} {what}")));
     }
@@ -413,7 +414,15 @@ fn populations(rows: &[Row], report: &mut PopulationReport) {
         let Some(p) = Population::of(&observed, names.len()).filter(|_| is_one_sign) else { continue };
         let sign = specimens[0].1.signum();
         report.outliers.extend(outliers(symbol, &specimens, &observed, &p));
-        report.values.push(value_report(symbol, unit, sign, &names, &p, all - observed.len(), report.difference_percent));
+        report.values.push(value_report(
+            symbol,
+            unit,
+            sign,
+            &names,
+            &p,
+            all - observed.len(),
+            report.difference_percent,
+        ));
     }
 }
 
@@ -465,12 +474,8 @@ fn outliers(symbol: &str, specimens: &[(&str, f64)], observed: &[Observed], p: &
     };
     let all = specimens.iter().zip(observed).map(|((name, _), o)| (name, distance(o)));
     let far = all.filter(|(_, d)| d.abs() > limit);
-    far.map(|(name, distance)| Outlier {
-        specimen: (*name).to_owned(),
-        symbol: symbol.to_owned(),
-        distance,
-    })
-    .collect()
+    far.map(|(name, distance)| Outlier { specimen: (*name).to_owned(), symbol: symbol.to_owned(), distance })
+        .collect()
 }
 
 /// How often each answer was given, by group and by covariates of few values.

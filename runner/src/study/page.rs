@@ -10,7 +10,8 @@ use maud::{Markup, PreEscaped, html};
 use std::collections::BTreeSet;
 
 /// Small multiples beside each other.
-const STYLE: &str = ".multiples{display:grid;grid-template-columns:repeat(auto-fill,minmax(240px,1fr));gap:8px}";
+const STYLE: &str =
+    ".multiples{display:grid;grid-template-columns:repeat(auto-fill,minmax(240px,1fr));gap:8px}";
 
 /// A value in the population, in one line.
 pub(super) fn in_words(v: &ValueReport) -> String {
@@ -39,10 +40,7 @@ fn spread(v: &ValueReport) -> String {
 
 /// The page.
 pub(super) fn page(plan: &Plan, rows: &[Row], report: &PopulationReport) -> String {
-    let title = format!(
-        "Study of {}",
-        plan.header.table.file_name().unwrap_or_default().to_string_lossy()
-    );
+    let title = format!("Study of {}", plan.header.table.file_name().unwrap_or_default().to_string_lossy());
     let body = html! {
         h1 { (title) }
         p.meta { (report.done) " of " (report.units) " units have results · " (plan.header.question.command()) }

@@ -104,8 +104,7 @@ impl Asked {
             let name = d.split('=').next().unwrap_or(d);
             !self.options.iter().any(|o| o.split('=').next() == Some(name))
         });
-        let options: Vec<String> =
-            own.map(|d| (*d).to_owned()).chain(self.options.iter().cloned()).collect();
+        let options: Vec<String> = own.map(|d| (*d).to_owned()).chain(self.options.iter().cloned()).collect();
         let (options, shared) = with_files(options, is_path)?;
         let mut units = match self.question {
             Question::Identify | Question::Diagnose => {
@@ -126,9 +125,7 @@ impl Asked {
             let measured = row.files.iter().map(|f| Input::measurement(f));
             let measured = measured.collect::<Result<Vec<_>, _>>().map_err(|e| match row.line {
                 0 => e,
-                line => {
-                    StudyError::Line { file: self.table.clone(), line, problem: format!("`files`: {e}") }
-                }
+                line => StudyError::Line { file: self.table.clone(), line, problem: format!("`files`: {e}") },
             })?;
             let set = row.set.iter().map(|s| format!("--set={s}"));
             Ok(Unit {
@@ -172,7 +169,10 @@ impl Asked {
 }
 
 /// Values of options that are paths become absolute, and what is there counts by its bytes.
-fn with_files(options: Vec<String>, is_path: &dyn Fn(&str) -> bool) -> Result<(Vec<String>, Vec<Input>), StudyError> {
+fn with_files(
+    options: Vec<String>,
+    is_path: &dyn Fn(&str) -> bool,
+) -> Result<(Vec<String>, Vec<Input>), StudyError> {
     let (mut words, mut inputs, mut follows) = (Vec::new(), Vec::new(), false);
     for word in options {
         let (head, value) = match word.split_once('=') {
@@ -203,10 +203,8 @@ impl Plan {
     pub fn make(asked: &Asked, units: &[Unit], directory: &Path) -> Result<Self, StudyError> {
         let absolute = |p: &Path| std::path::absolute(p).map_err(StudyError::io(p));
         let lines = units.iter().map(serde_json::to_string).collect::<Result<Vec<_>, _>>();
-        let lines = lines.map_err(|e| StudyError::File {
-            file: directory.join(UNITS),
-            problem: e.to_string(),
-        })?;
+        let lines =
+            lines.map_err(|e| StudyError::File { file: directory.join(UNITS), problem: e.to_string() })?;
         let width = lines.iter().map(String::len).max().unwrap_or(0) + 1;
         let text: String =
             lines.iter().map(|l| format!("{l}{}\n", " ".repeat(width - 1 - l.len()))).collect();
@@ -379,8 +377,12 @@ mod tests {
         let file = d.path().join("study.toml");
         std::fs::write(&file, "table = \"t.csv\"\nqestion = \"identify\"\n").unwrap();
         let error = Asked::read(&file).unwrap_err().to_string();
-        assert!(error.contains("line 2") && error.contains("qestion") && error.contains("rows_per_unit"), "{error}");
-        std::fs::write(&file, "table = \"t.csv\"\nquestion = \"diagnose\"\noptions = [\"--quick\"]\n").unwrap();
+        assert!(
+            error.contains("line 2") && error.contains("qestion") && error.contains("rows_per_unit"),
+            "{error}"
+        );
+        std::fs::write(&file, "table = \"t.csv\"\nquestion = \"diagnose\"\noptions = [\"--quick\"]\n")
+            .unwrap();
         let asked = Asked::read(&file).unwrap();
         assert_eq!((asked.question, asked.table), (Question::Diagnose, d.path().join("t.csv")));
     }

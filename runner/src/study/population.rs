@@ -89,9 +89,8 @@ impl Sums {
             deviance += variance.ln();
         }
         let means: Vec<f64> = first.iter().zip(&weights).map(|(f, w)| f / w).collect();
-        let square = |o: &Observed| {
-            (o.ln_value - means[o.group]).powi(2) / (spread * spread + o.sigma * o.sigma)
-        };
+        let square =
+            |o: &Observed| (o.ln_value - means[o.group]).powi(2) / (spread * spread + o.sigma * o.sigma);
         let squares: f64 = observed.iter().map(square).sum();
         deviance += squares + weights.iter().filter(|w| **w > 0.0).map(|w| w.ln()).sum::<f64>();
         Self { weights, means, squares, deviance }
@@ -240,7 +239,11 @@ mod tests {
         let d = p.difference(0, 1).unwrap();
         // Quantile of Student's t with 4 degrees of freedom: 2.776445.
         approx::assert_relative_eq!(d.value, 5.5, max_relative = 1e-12);
-        approx::assert_relative_eq!(d.upper - 5.5, 2.776_445 * (pooled * 2.0 / 3.0).sqrt(), max_relative = 1e-5);
+        approx::assert_relative_eq!(
+            d.upper - 5.5,
+            2.776_445 * (pooled * 2.0 / 3.0).sqrt(),
+            max_relative = 1e-5
+        );
     }
 
     #[test]
@@ -248,7 +251,8 @@ mod tests {
         let p = Population::of(&observed(&[(0.0, 1.0, 0), (0.1, 1.0, 0), (-0.1, 1.0, 0)]), 1).unwrap();
         assert_eq!((p.spread.value, p.spread.lower), (0.0, 0.0));
         assert!(p.spread.upper > 0.3);
-        let p = Population::of(&observed(&[(0.0, 0.01, 0), (0.1, 0.01, 0), (0.2, 0.01, 0), (50.0, 1e3, 0)]), 1);
+        let p =
+            Population::of(&observed(&[(0.0, 0.01, 0), (0.1, 0.01, 0), (0.2, 0.01, 0), (50.0, 1e3, 0)]), 1);
         assert!((p.unwrap().means[0].unwrap().value - 0.1).abs() < 1e-3);
         assert_eq!(Population::of(&observed(&[(0.0, 0.1, 0), (1.0, 0.1, 1), (1.0, 0.1, 1)]), 2), None);
     }

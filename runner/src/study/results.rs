@@ -125,7 +125,9 @@ impl Results {
     /// When it is there and cannot be read.
     pub fn get<T: DeserializeOwned>(&self, kind: Kind, key: &str) -> Result<Option<T>, StudyError> {
         let path = self.path(kind, key);
-        let Some(bytes) = missed(std::fs::read(&path)).map_err(StudyError::io(&path))? else { return Ok(None) };
+        let Some(bytes) = missed(std::fs::read(&path)).map_err(StudyError::io(&path))? else {
+            return Ok(None);
+        };
         serde_json::from_slice(&bytes).map(Some).map_err(|e| StudyError::File {
             file: path,
             problem: format!("it cannot be read ({e}); delete it, and the unit is computed again"),
@@ -211,7 +213,8 @@ impl Results {
     /// Whether some process works on a unit, as far as that can be told.
     pub fn is_running(&self, key: &str) -> bool {
         let path = self.claim_path(key);
-        let age = std::fs::metadata(&path).and_then(|m| m.modified()).ok().map(|t| t.elapsed().unwrap_or_default());
+        let age =
+            std::fs::metadata(&path).and_then(|m| m.modified()).ok().map(|t| t.elapsed().unwrap_or_default());
         if age.is_none_or(|age| age > GONE) {
             return false;
         }

@@ -153,7 +153,8 @@ pub fn status(plan: &Plan, told: &mut dyn FnMut(&UnitStatus)) -> Result<Status, 
     }
     let [done_count, failed, running, waiting] = counts;
     let seconds_left = if running > 0 { pace(&results.times(done.iter())) } else { None };
-    let written = |(reason, units): (String, Vec<usize>)| Reason { reason, units: super::ranges::written(&units) };
+    let written =
+        |(reason, units): (String, Vec<usize>)| Reason { reason, units: super::ranges::written(&units) };
     Ok(Status {
         schema: SCHEMA.to_owned(),
         units: plan.header.units,

@@ -195,7 +195,9 @@ impl Submission {
             _ => ("bash", &["-s"]),
         };
         let failed = |problem: String| StudyError::Engine { command: command.to_owned(), problem };
-        let missing = |e: std::io::Error| failed(format!("cannot be run: {e}; is the engine here? --dry-run shows the script"));
+        let missing = |e: std::io::Error| {
+            failed(format!("cannot be run: {e}; is the engine here? --dry-run shows the script"))
+        };
         let mut child = Command::new(command)
             .args(arguments)
             .stdin(Stdio::piped())
@@ -209,7 +211,8 @@ impl Submission {
         let output = child.wait_with_output().map_err(|e| failed(e.to_string()))?;
         let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
         // GNU parallel's exit code is the number of tasks that failed, whose reasons are kept.
-        if !output.status.success() && (self.engine != Engine::Parallel || output.status.code() >= Some(102)) {
+        if !output.status.success() && (self.engine != Engine::Parallel || output.status.code() >= Some(102))
+        {
             return Err(failed(format!("failed ({}): {}", output.status, said(&output.stderr))));
         }
         Ok(said(&output.stdout))
@@ -231,8 +234,8 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::plan::Header;
     use crate::study::Question;
+    use crate::study::plan::Header;
 
     #[test]
     fn tasks_hold_all_units_once() {
@@ -268,14 +271,24 @@ mod tests {
         let of = |engine| {
             let options = vec!["--partition=short".to_owned()];
             let s = Submission {
-                engine, per_task: 2, tasks: vec![1, 2, 3, 7], needs: needs.clone(), options, work: vec![],
+                engine,
+                per_task: 2,
+                tasks: vec![1, 2, 3, 7],
+                needs: needs.clone(),
+                options,
+                work: vec![],
             };
             s.script(&plan).unwrap()
         };
         let slurm = of(Engine::Slurm);
-        for part in ["#SBATCH --array=1-3,7\n", "--mem=406M", "--time=00:03:00", "--partition=short", "--requeue",
-            "study work '/shared/my study' --per-task 2 --jobs 1\n"]
-        {
+        for part in [
+            "#SBATCH --array=1-3,7\n",
+            "--mem=406M",
+            "--time=00:03:00",
+            "--partition=short",
+            "--requeue",
+            "study work '/shared/my study' --per-task 2 --jobs 1\n",
+        ] {
             assert!(slurm.contains(part), "{part}: {slurm}");
         }
         let queue = of(Engine::Hyperqueue);

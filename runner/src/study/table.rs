@@ -158,8 +158,12 @@ impl Sets {
         let problem = |problem: String| StudyError::File { file: file.to_owned(), problem };
         let failed = |e: csv::Error| problem(e.to_string());
         let mut builder = csv::ReaderBuilder::new();
-        let mut reader =
-            builder.comment(Some(b'#')).trim(csv::Trim::All).flexible(true).from_path(file).map_err(failed)?;
+        let mut reader = builder
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .flexible(true)
+            .from_path(file)
+            .map_err(failed)?;
         let header = reader.headers().map_err(failed)?.clone();
         let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(failed)?;
         if rows.is_empty() {

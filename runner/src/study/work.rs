@@ -217,7 +217,9 @@ impl<'a> Worker<'a> {
             };
             std::thread::scope(|scope| {
                 let threads: Vec<_> = (0..at_a_time.max(1)).map(|_| scope.spawn(one_thread)).collect();
-                threads.into_iter().try_for_each(|t| t.join().unwrap_or_else(|p| std::panic::resume_unwind(p)))
+                threads
+                    .into_iter()
+                    .try_for_each(|t| t.join().unwrap_or_else(|p| std::panic::resume_unwind(p)))
             })?;
             left = elsewhere.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
             if left.is_empty() || self.is_stopped() {
