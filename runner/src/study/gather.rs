@@ -181,7 +181,9 @@ fn rows(plan: &Plan) -> Result<Vec<Row>, StudyError> {
     let failed = results.keys(Kind::Failure)?;
     let mut rows: Vec<Row> = Vec::new();
     for unit in plan.units()? {
-        let unit = unit?;
+        let mut unit = unit?;
+        // Not needed any more, and there may be a hundred thousand.
+        (unit.options, unit.inputs) = (vec![], vec![]);
         let mut row = Row { state: "missing", reason: String::new(), found: Found::Nothing, unit };
         let key = row.unit.key.clone();
         if done.contains(&key) {
@@ -207,7 +209,7 @@ fn rows(plan: &Plan) -> Result<Vec<Row>, StudyError> {
             keep_answer(plan, &results, &row.unit)?;
         }
         rows.push(row);
-        if rows.len() % (2 * MOST_CURVES) == 0 {
+        if rows.len().is_multiple_of(2 * MOST_CURVES) {
             forget_curves(&mut rows);
         }
     }

@@ -9,6 +9,8 @@ use crate::report::plot::{Axis, Chart, Mark, palette, pretty};
 use maud::{Markup, PreEscaped, html};
 use std::collections::BTreeSet;
 
+/// Specimens of a group in a figure; of more, some evenly chosen ones.
+const MOST_POINTS: usize = 200;
 /// Small multiples beside each other.
 const STYLE: &str =
     ".multiples{display:grid;grid-template-columns:repeat(auto-fill,minmax(240px,1fr));gap:8px}";
@@ -128,7 +130,9 @@ fn by_group(rows: &[Row], report: &PopulationReport) -> Markup {
         for (k, group) in v.groups.iter().enumerate() {
             let colour = palette::measurement(k);
             let first = place;
-            for row in rows.iter().filter(|r| r.unit.group.as_deref().unwrap_or("") == group.group) {
+            let of_group = |r: &&Row| r.unit.group.as_deref().unwrap_or("") == group.group;
+            let step = rows.iter().filter(of_group).count().div_ceil(MOST_POINTS).max(1);
+            for row in rows.iter().filter(of_group).step_by(step) {
                 let Found::Fit(fit) = &row.found else { continue };
                 let Some(value) = fit.values.iter().find(|x| x.symbol == v.symbol) else { continue };
                 place += 1.0;
@@ -152,7 +156,7 @@ fn by_group(rows: &[Row], report: &PopulationReport) -> Markup {
         div.pair { @for v in report.values.iter().filter(|v| v.groups.iter().any(|g| g.mean.is_some_and(|m| m.lower > 0.0))) {
             (PreEscaped(figure(v)))
         } }
-        p.caption { "Points with 95 % intervals: specimens; lines: the groups' means." }
+        p.caption { "Points with 95 % intervals: specimens; lines: the groups' means. Of a group of more than " (MOST_POINTS) " some are drawn." }
     } }
 }
 
