@@ -32,7 +32,7 @@ pub struct PopulationReport {
     pub done: usize,
     /// Difference that `specimens_needed` is about (%).
     pub difference_percent: f64,
-    /// Values of the specimens' material, those that two specimens or more determine.
+    /// Values of the specimens' material, those that most specimens determine.
     pub values: Vec<ValueReport>,
     /// Answers of `diagnose` by group and by covariate.
     pub answers: Vec<Answers>,
@@ -403,7 +403,7 @@ fn populations(rows: &[Row], report: &mut PopulationReport) {
         let (mut observed, mut specimens, mut unit) = (Vec::new(), Vec::new(), "");
         for (of, fit) in fits().filter(|(_, fit)| fit.branches == branches) {
             let Some(v) = fit.values.iter().find(|v| v.symbol == symbol) else { continue };
-            if v.determination == Determination::Undetermined || !v.is_closed || v.value == 0.0 {
+            if v.determination != Determination::Determined || !v.is_closed || v.value == 0.0 {
                 continue;
             }
             let group = names.iter().position(|n| *n == of.group.clone().unwrap_or_default());
@@ -411,6 +411,10 @@ fn populations(rows: &[Row], report: &mut PopulationReport) {
             observed.push(Observed { ln_value, sigma, group: group.unwrap_or(0) });
             specimens.push((of.specimen.as_str(), v.value));
             unit = &v.unit;
+        }
+        // Those few whose data determine what most do not are no sample of the population.
+        if 2 * observed.len() < most {
+            continue;
         }
         let is_one_sign = specimens.windows(2).all(|w| w[0].1 * w[1].1 > 0.0);
         let Some(p) = Population::of(&observed, names.len()).filter(|_| is_one_sign) else { continue };
