@@ -5,6 +5,7 @@
 //! inspect:  Measurement -> cycles, readings, noise -> table, JSON, CSV, page
 //! identify: Measurement -> noise -> inference (unknowns -> residuals -> fit -> intervals) -> report
 //! diagnose: Measurement -> noise -> inference: plain fit, screening, refits with effects -> verdict, report
+//! study:    table of specimens -> units -> one result each, by any engine -> gathered table, population
 //! ```
 //! The model is evaluated through the FMU only; the model's library is linked for names, units and protocols.
 
@@ -15,6 +16,7 @@ pub mod cli;
 pub mod data;
 pub mod diagnosis;
 pub mod engine;
+pub mod exit_code;
 pub mod fit;
 pub mod fmi;
 pub mod identification;
@@ -28,5 +30,6 @@ pub mod pool;
 pub mod report;
 pub mod score;
 pub mod setting;
+pub mod study;
 pub mod text;
 pub mod units;

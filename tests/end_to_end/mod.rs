@@ -20,4 +20,5 @@ mod own_fmu;
 mod program;
 mod recovery;
 mod speech;
+mod study;
 mod third_party;

@@ -8,14 +8,26 @@ use std::path::Path;
 use std::process::Command;
 
 const P2: &str = "data/measurement/table1-one-cycle/P2.csv";
-const SCHEMAS: [&str; 7] = ["job", "result", "diagnosis", "inspection", "simulation", "validation", "batch"];
+const SCHEMAS: [&str; 11] = [
+    "job",
+    "result",
+    "diagnosis",
+    "inspection",
+    "simulation",
+    "validation",
+    "batch",
+    "study-unit",
+    "study-result",
+    "study-status",
+    "study-population",
+];
 
-fn committed(name: &str) -> std::path::PathBuf {
+pub fn committed(name: &str) -> std::path::PathBuf {
     repository(&format!("runner/schemas/{name}.schema.json"))
 }
 
 /// A JSON against a schema, by the reference implementation of Python.
-fn validate(instance: &Path, schema: &Path) {
+pub fn validate(instance: &Path, schema: &Path) {
     let python = std::env::var_os("POROPUNCH_PYTHON");
     let python = python.map_or_else(|| repository(".venv/bin/python"), Into::into);
     let code = "import json, sys, jsonschema\n\

@@ -47,22 +47,23 @@ impl fmt::Display for Key {
 }
 
 /// Every field is preceded by its length, so that no two inputs give the same bytes.
-struct Hasher(blake3::Hasher);
+pub(crate) struct Hasher(blake3::Hasher);
 
 impl Hasher {
-    fn new(kind: &str) -> Self {
+    /// Hashes of one kind never meet those of another.
+    pub(crate) fn new(kind: &str) -> Self {
         let mut hasher = Self(blake3::Hasher::new());
         hasher.bytes(b"poropunch 1").bytes(kind.as_bytes());
         hasher
     }
 
-    fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
+    pub(crate) fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
         self.count(bytes.len());
         self.0.update(bytes);
         self
     }
 
-    fn count(&mut self, n: usize) -> &mut Self {
+    pub(crate) fn count(&mut self, n: usize) -> &mut Self {
         self.0.update(&(n as u64).to_le_bytes());
         self
     }
@@ -72,7 +73,7 @@ impl Hasher {
         self
     }
 
-    fn finish(&self) -> [u8; 32] {
+    pub(crate) fn finish(&self) -> [u8; 32] {
         *self.0.finalize().as_bytes()
     }
 }

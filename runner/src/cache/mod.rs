@@ -6,5 +6,6 @@
 pub mod key;
 pub mod store;
 
+pub(crate) use key::Hasher;
 pub use key::{EngineId, Key};
 pub use store::{Cache, CacheStatistics, Recording};

@@ -2,10 +2,13 @@
 
 use super::job::JobError;
 use crate::data::DataError;
+use crate::exit_code::OTHER;
+pub use crate::exit_code::{DATA_REFUSED, NOT_CONVERGED, STOPPED, USAGE};
 use crate::identification::SettingsError;
 use crate::inference::ParameterError;
 use crate::noise::ObservationError;
 use crate::setting::SettingError;
+use crate::study::StudyError;
 use std::error::Error;
 use thiserror::Error;
 
@@ -24,16 +27,6 @@ pub struct UsageError(pub String);
 #[error("{0}")]
 pub struct RefusedData(pub String);
 
-/// Wrong use.
-pub const USAGE: u8 = 2;
-/// The fit ended before it converged.
-pub const NOT_CONVERGED: u8 = 3;
-/// The data are refused.
-pub const DATA_REFUSED: u8 = 4;
-/// Stopped by the user.
-pub const STOPPED: u8 = 130;
-const OTHER: u8 = 1;
-
 /// The exit code of an error.
 pub fn code_of(error: &(dyn Error + 'static)) -> u8 {
     if error.is::<DataError>() || error.is::<RefusedData>() {
@@ -47,6 +40,12 @@ pub fn code_of(error: &(dyn Error + 'static)) -> u8 {
             ObservationError::Noise(_) => USAGE,
             _ => DATA_REFUSED,
         };
+    }
+    match error.downcast_ref::<StudyError>() {
+        Some(StudyError::Data(_) | StudyError::Changed { .. }) => return DATA_REFUSED,
+        Some(StudyError::Io { .. } | StudyError::Output(_) | StudyError::Engine { .. }) => return OTHER,
+        Some(_) => return USAGE,
+        None => {}
     }
     match error.downcast_ref::<JobError>() {
         Some(JobError::Data(_) | JobError::Changed { .. }) => DATA_REFUSED,

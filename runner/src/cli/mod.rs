@@ -26,6 +26,7 @@ mod protocols;
 mod report;
 mod schemas;
 mod simulate;
+mod study;
 pub(crate) mod terminal;
 mod validate;
 
@@ -75,6 +76,8 @@ enum Command {
     Validate(validate::Arguments),
     /// Run many parameter sets in parallel.
     Batch(batch::Arguments),
+    /// Ask the same of many specimens, on this machine or on a cluster.
+    Study(Box<study::Arguments>),
     /// Render the HTML page of an earlier identification again.
     Report(report::Arguments),
     /// Write the FMU archive, and check it.
@@ -102,6 +105,7 @@ pub(crate) fn program() -> clap::Command {
 
 /// Runs the command line; what the program's `main` returns.
 pub fn main() -> ExitCode {
+    crate::study::work::follow_worker();
     // Names go into reports, JSON and the FMU, which are UTF-8.
     if let Some(bad) = std::env::args_os().find(|a| a.to_str().is_none()) {
         let bad = bad.to_string_lossy();
@@ -145,6 +149,7 @@ fn run(cli: &Cli, call: &Invocation) -> CliResult {
         Command::Challenge(arguments) => challenge::run(arguments, &call.stop),
         Command::Validate(arguments) => validate::run(arguments, call),
         Command::Batch(arguments) => batch::run(arguments, call),
+        Command::Study(arguments) => study::run(arguments, &call.stop),
         Command::Report(arguments) => report::run(arguments),
         Command::Package(arguments) => package::run(arguments),
         Command::Completions(arguments) => manual::completions(arguments),

@@ -4,6 +4,9 @@ use super::{CliResult, Ending, job, program};
 use crate::diagnosis::result::Diagnosis;
 use crate::inspection::Inspection;
 use crate::report::FitReport;
+use crate::study::gather::PopulationReport;
+use crate::study::status::Status;
+use crate::study::{Unit, UnitResult};
 use clap::{Args, ValueEnum};
 use serde_json::Value;
 
@@ -32,6 +35,14 @@ pub enum What {
     Validation,
     /// What `batch --json` prints
     Batch,
+    /// A line of units.jsonl of `study plan`
+    StudyUnit,
+    /// A unit's result of `study work`
+    StudyResult,
+    /// What `study status --json` prints
+    StudyStatus,
+    /// population.json of `study gather`
+    StudyPopulation,
 }
 
 /// Runs the command.
@@ -51,6 +62,10 @@ fn of(what: What) -> Value {
         What::Simulation => schemars::schema_for!(super::simulate::Simulation),
         What::Validation => schemars::schema_for!(super::validate::Validation),
         What::Batch => schemars::schema_for!(super::batch::Batch),
+        What::StudyUnit => schemars::schema_for!(Unit),
+        What::StudyResult => schemars::schema_for!(UnitResult),
+        What::StudyStatus => schemars::schema_for!(Status),
+        What::StudyPopulation => schemars::schema_for!(PopulationReport),
     };
     schema.to_value()
 }

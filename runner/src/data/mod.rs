@@ -25,6 +25,7 @@ pub mod plausibility;
 pub(crate) mod random;
 pub mod reader;
 pub mod reading;
+pub mod source;
 pub mod specimen_files;
 pub mod synchronise;
 pub mod table;

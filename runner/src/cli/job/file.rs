@@ -2,7 +2,7 @@
 
 use super::error::JobError;
 use super::place::{COMMANDS, Form, GEOMETRY, Place, all_places, places};
-use super::source::{self, Source};
+use crate::data::source::{Source, from_directory};
 use clap::Command;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -181,7 +181,7 @@ impl Reader<'_> {
             _ => None,
         };
         let placed = |text: String| {
-            let text = if place.is_path { source::from_directory(&text, self.file) } else { text };
+            let text = if place.is_path { from_directory(&text, self.file) } else { text };
             format!("{}{text}", place.prefix)
         };
         match (value, name) {
@@ -226,7 +226,7 @@ impl Reader<'_> {
         if table.keys().any(|k| !["file", "blake3"].contains(&k.get_ref().as_ref())) {
             return Err(bad());
         }
-        let argument = source::from_directory(&file, self.file);
+        let argument = from_directory(&file, self.file);
         if let Some(hash) = text("blake3")
             && Source::of(Path::new(&argument))?.hash != hash
         {

@@ -2,7 +2,7 @@
 
 use super::error::JobError;
 use super::place::{Form, GEOMETRY, Place, places};
-use super::source::Source;
+use crate::data::source::{Source, from_directory};
 use crate::output::mark;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
@@ -124,7 +124,7 @@ fn absolute(place: &Place, value: &str) -> String {
         return value.to_owned();
     }
     let here = std::env::current_dir().unwrap_or_default().join(super::FILE);
-    super::source::from_directory(value, &here)
+    from_directory(value, &here)
 }
 
 fn item(place: &Place, value: &str) -> Result<Value, JobError> {

@@ -12,7 +12,6 @@ mod file;
 mod keep;
 mod place;
 mod schema;
-mod source;
 
 pub use error::JobError;
 pub use file::Job;

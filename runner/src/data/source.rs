@@ -1,7 +1,6 @@
-//! Measurements in job files: where they are, and that they are what they were.
+//! Measurements as job files and plans name them: where they are, and that they are what they were.
 
-use super::error::JobError;
-use crate::data::{DataError, Problem, SpecimenFiles};
+use super::{DataError, Problem, SpecimenFiles};
 use std::path::{Path, PathBuf};
 
 /// A measurement's file, or files, as they were when they were read.
@@ -18,7 +17,7 @@ impl Source {
     ///
     /// # Errors
     /// When a file cannot be read.
-    pub fn of(argument: &Path) -> Result<Self, JobError> {
+    pub fn of(argument: &Path) -> Result<Self, DataError> {
         let source = SpecimenFiles::of(argument)?;
         let hash = |file: &PathBuf| {
             std::fs::read(file).map(|bytes| blake3::hash(&bytes)).map_err(|e| DataError {

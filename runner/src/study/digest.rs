@@ -1,0 +1,218 @@
+//! What a study keeps of each answer: values with their uncertainty, one verdict, few points of the curves. The rest stays on disk, so
+//! that memory does not grow with what a result weighs.
+
+use crate::diagnosis::result::{CurvePair, ShrinkageSummary, Verdict};
+use crate::inference::statistics::Determination;
+use crate::report::{DerivedRow, MeasurementResult, ParameterRow, Role};
+use serde::Deserialize;
+
+/// Points of a curve on the page.
+const POINTS: usize = 80;
+/// Half-width of a normal distribution's 95 % interval in standard deviations.
+const NORMAL: f64 = 1.959_963_984_540_054;
+
+/// A result, of which only some fields are read.
+#[derive(Debug, Deserialize)]
+pub struct Answered<A> {
+    /// The fit converged.
+    pub converged: bool,
+    /// The answer.
+    pub answer: A,
+}
+
+/// What is read of `result.json`.
+#[derive(Debug, Deserialize)]
+pub struct FitAnswer {
+    parameters: Vec<ParameterRow>,
+    derived: Vec<DerivedRow>,
+    fit: FitNumbers,
+    measurements: Vec<MeasurementResult>,
+}
+
+#[derive(Debug, Deserialize)]
+struct FitNumbers {
+    reduced_chi_square: f64,
+}
+
+/// What is read of `diagnosis.json`.
+#[derive(Debug, Deserialize)]
+pub struct DiagnosisAnswer {
+    /// Answer.
+    pub verdict: Verdict,
+    /// How much of the gap goes.
+    pub shrinkage: Option<ShrinkageSummary>,
+    curves: Vec<CurvePair>,
+}
+
+/// What is read of the answer to `batch`.
+#[derive(Debug, Deserialize)]
+pub struct BatchAnswer {
+    /// Rows of its table, with their header.
+    pub summary: String,
+    /// Curves by the names of their files.
+    pub curves: std::collections::BTreeMap<String, String>,
+}
+
+/// A value of a specimen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Value {
+    /// Symbol, branches in order of their times.
+    pub symbol: String,
+    /// Unit.
+    pub unit: String,
+    /// Value.
+    pub value: f64,
+    /// Lower end of its 95 % interval.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+    /// Standard deviation of ln(value) of the normal distribution with the same interval.
+    pub ln_sigma: f64,
+    /// How well it is known.
+    pub determination: Determination,
+    /// The data end its interval on both sides: its likelihood may be taken for normal.
+    pub is_closed: bool,
+}
+
+/// Measured and model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Test.
+    pub name: String,
+    /// Times (s).
+    pub time_s: Vec<f64>,
+    /// Measured force (mN).
+    pub measured_mn: Vec<f64>,
+    /// Model's force (mN).
+    pub model_mn: Vec<f64>,
+}
+
+/// What a fit found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// Parameters and their combinations.
+    pub values: Vec<Value>,
+    /// Number of viscous branches.
+    pub branches: usize,
+    /// chi^2 per degree of freedom.
+    pub reduced_chi_square: f64,
+    /// Root mean square difference over all fitted tests (mN).
+    pub rms_mn: f64,
+    /// Fitted tests.
+    pub curves: Vec<Curve>,
+}
+
+impl FitAnswer {
+    /// What a study keeps of it.
+    pub fn digest(self) -> Fit {
+        let of_parameter = |p: ParameterRow| Value {
+            symbol: p.symbol,
+            unit: p.unit,
+            value: p.value,
+            lower: p.lower,
+            upper: p.upper,
+            ln_sigma: p.half_width / NORMAL,
+            determination: p.determination,
+            is_closed: p.open == [false; 2] && p.at_bound.is_none(),
+        };
+        let of_combination = |d: DerivedRow| Value {
+            symbol: d.symbol,
+            unit: d.unit,
+            value: d.value,
+            lower: d.lower,
+            upper: d.upper,
+            ln_sigma: d.half_width / NORMAL,
+            determination: d.determination,
+            is_closed: true,
+        };
+        let mut values: Vec<Value> = self.derived.into_iter().map(of_combination).collect();
+        for value in self.parameters.into_iter().map(of_parameter) {
+            if !values.iter().any(|v| v.symbol == value.symbol) {
+                values.push(value);
+            }
+        }
+        let branches = in_order_of_time(&mut values);
+        let fitted = || self.measurements.iter().filter(|m| m.role == Role::Fit);
+        let points: usize = fitted().map(|m| m.time_s.len()).sum();
+        let square: f64 = fitted().map(|m| m.rms_mn.powi(2) * m.time_s.len() as f64).sum();
+        let curve = |m: &MeasurementResult| few(&m.name, &m.time_s, &m.measured_mn, &m.model_mn);
+        Fit {
+            values,
+            branches,
+            reduced_chi_square: self.fit.reduced_chi_square,
+            rms_mn: (square / points.max(1) as f64).sqrt(),
+            curves: fitted().map(curve).collect(),
+        }
+    }
+}
+
+impl DiagnosisAnswer {
+    /// Curves of the plain model, or of the one with the effect where there is one.
+    pub fn curves(&self) -> Vec<Curve> {
+        let model = |c: &CurvePair| c.after_mn.clone().unwrap_or_else(|| c.before_mn.clone());
+        self.curves.iter().map(|c| few(&c.name, &c.time_s, &c.measured_mn, &model(c))).collect()
+    }
+}
+
+/// Renumbers branches by rising relaxation time, as a specimen's fit may have them in any order; how many there are.
+fn in_order_of_time(values: &mut [Value]) -> usize {
+    let number = |symbol: &str, head: &str| symbol.strip_prefix(head)?.parse::<usize>().ok();
+    let mut times: Vec<(f64, usize)> =
+        values.iter().filter_map(|v| Some((v.value, number(&v.symbol, "tau_")?))).collect();
+    times.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for value in values.iter_mut() {
+        let Some((head, tail)) = value.symbol.rsplit_once('_') else { continue };
+        let place = tail.parse().ok().and_then(|k: usize| times.iter().position(|(_, of)| *of == k));
+        if let Some(place) = place {
+            value.symbol = format!("{head}_{}", place + 1);
+        }
+    }
+    times.len()
+}
+
+/// Some points of a curve, its largest force and its last point among them.
+fn few(name: &str, time_s: &[f64], measured_mn: &[f64], model_mn: &[f64]) -> Curve {
+    let n = time_s.len().min(measured_mn.len()).min(model_mn.len());
+    let step = n.div_ceil(POINTS).max(1);
+    let peak = (0..n).max_by(|a, b| measured_mn[*a].total_cmp(&measured_mn[*b]));
+    let kept: Vec<usize> = (0..n).filter(|k| k % step == 0 || Some(*k) == peak || *k + 1 == n).collect();
+    let of = |all: &[f64]| kept.iter().map(|&k| all[k]).collect();
+    Curve { name: name.to_owned(), time_s: of(time_s), measured_mn: of(measured_mn), model_mn: of(model_mn) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(symbol: &str, value: f64) -> Value {
+        Value {
+            symbol: symbol.to_owned(),
+            unit: String::new(),
+            value,
+            lower: value,
+            upper: value,
+            ln_sigma: 0.1,
+            determination: Determination::Determined,
+            is_closed: true,
+        }
+    }
+
+    #[test]
+    fn branches_are_numbered_by_their_times() {
+        let mut values = [value("G_inf", 1.0), value("G_1", 2.0), value("tau_1", 20.0), value("G_2", 3.0)]
+            .into_iter()
+            .chain([value("tau_2", 0.02), value("G_0", 6.0)])
+            .collect::<Vec<_>>();
+        assert_eq!(in_order_of_time(&mut values), 2);
+        let symbols: Vec<&str> = values.iter().map(|v| v.symbol.as_str()).collect();
+        assert_eq!(symbols, ["G_inf", "G_2", "tau_2", "G_1", "tau_1", "G_0"]);
+    }
+
+    #[test]
+    fn few_points_keep_peak_and_end() {
+        let t: Vec<f64> = (0..1000).map(f64::from).collect();
+        let f: Vec<f64> = t.iter().map(|t| -(t - 501.0).abs()).collect();
+        let c = few("P2", &t, &f, &f);
+        assert!(c.time_s.len() <= POINTS + 2 && c.time_s.contains(&501.0) && c.time_s.contains(&999.0));
+    }
+}
