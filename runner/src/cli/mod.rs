@@ -22,7 +22,7 @@ mod package;
 mod parameter_sets;
 mod plots;
 mod progress;
-mod protocols;
+pub mod protocols;
 mod report;
 mod schemas;
 mod simulate;
