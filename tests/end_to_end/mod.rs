@@ -16,7 +16,7 @@ mod lab_files;
 mod mutated;
 mod nothing_silent;
 mod own_fmu;
-mod program;
+pub(crate) mod program;
 mod recovery;
 mod speech;
 mod third_party;

@@ -31,7 +31,7 @@ def _read(kind: Any, value: Any) -> Any:
         return [_read(parts[0], item) for item in value]
     if origin is tuple:
         return tuple(map(_read, parts, value))
-    if dataclasses.is_dataclass(kind):
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         hints = _hints(kind)
         return kind(**{name: _read(hints[name], part) for name, part in value.items() if name in hints})
     return value
