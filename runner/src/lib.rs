@@ -29,4 +29,5 @@ pub mod report;
 pub mod score;
 pub mod setting;
 pub mod text;
+pub mod um_bridge;
 pub mod units;

@@ -20,3 +20,4 @@ pub(crate) mod program;
 mod recovery;
 mod speech;
 mod third_party;
+mod um_bridge;

@@ -27,6 +27,7 @@ mod report;
 mod schemas;
 mod simulate;
 pub(crate) mod terminal;
+mod um_bridge;
 mod validate;
 
 use self::job::{Expanded, Invocation, JobError};
@@ -75,6 +76,8 @@ enum Command {
     Validate(validate::Arguments),
     /// Run many parameter sets in parallel.
     Batch(batch::Arguments),
+    /// Serve the model to samplers that speak UM-Bridge: parameters in, force and derivatives out.
+    UmBridge(um_bridge::Arguments),
     /// Render the HTML page of an earlier identification again.
     Report(report::Arguments),
     /// Write the FMU archive, and check it.
@@ -92,7 +95,7 @@ pub(crate) fn program() -> clap::Command {
     // The list of parameters comes from the variable table, so it is added when the program runs.
     let help = format!("{}\n\n{}", engine_args::parameter_help(), exit::HELP);
     let mut command = Cli::command();
-    for name in ["simulate", "identify", "diagnose", "validate", "batch"] {
+    for name in ["simulate", "identify", "diagnose", "validate", "batch", "um-bridge"] {
         command = command.mut_subcommand(name, |c| c.after_long_help(help.clone()));
     }
     // Builds the options that all commands share into each of them.
@@ -145,6 +148,7 @@ fn run(cli: &Cli, call: &Invocation) -> CliResult {
         Command::Challenge(arguments) => challenge::run(arguments, &call.stop),
         Command::Validate(arguments) => validate::run(arguments, call),
         Command::Batch(arguments) => batch::run(arguments, call),
+        Command::UmBridge(arguments) => um_bridge::run(arguments, call),
         Command::Report(arguments) => report::run(arguments),
         Command::Package(arguments) => package::run(arguments),
         Command::Completions(arguments) => manual::completions(arguments),
