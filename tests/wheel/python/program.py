@@ -60,7 +60,7 @@ def test_inspect_reads_paths_tables_and_arrays_alike():
         assert seen.report.tests[0].cycles[0].peak_mn.median == peaks[-1]
     assert seen.report.tests[0].name == "P2"
     assert 11.5 < peaks[0] < 12.5 and len(set(peaks)) == 1, peaks
-    assert poropunch.inspect(P2).report.tests[0].specimens == 10
+    assert poropunch.inspect(P2).report.tests[0].points == len(table)
 
 
 def test_identify():
