@@ -22,7 +22,8 @@ pub fn protocol<'py>(
     }
     let motion = paper(name, cycles, points).map_err(|error| refused(error.to_string()))?;
     let motion = motion.ok_or_else(|| refused(format!("`{name}` is not a protocol: there are P1 and P2")))?;
-    let displacement_mm: Vec<f64> = motion.time_s.iter().map(|&t| 1e3 * motion.protocol.displacement(t)).collect();
+    let displacement_mm: Vec<f64> =
+        motion.time_s.iter().map(|&t| 1e3 * motion.protocol.displacement(t)).collect();
     Ok((motion.time_s.to_vec().into_pyarray(py), displacement_mm.into_pyarray(py)))
 }
 
@@ -34,7 +35,8 @@ pub fn history(time_s: &[f64], displacement_mm: &[f64], exact: bool) -> PyResult
             "time_s has {times} values and displacement_mm {displacements}: give as many of both, at least 2"
         )));
     }
-    let points: Vec<(f64, f64)> = time_s.iter().copied().zip(displacement_mm.iter().map(|d| d * 1e-3)).collect();
+    let points: Vec<(f64, f64)> =
+        time_s.iter().copied().zip(displacement_mm.iter().map(|d| d * 1e-3)).collect();
     let history = if exact { Protocol::new(points) } else { straight_pieces(&points) };
     history.map_err(|error| PyValueError::new_err(remedy(&error)))
 }

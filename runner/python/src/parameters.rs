@@ -37,7 +37,8 @@ pub fn parameters() -> Vec<Row> {
 pub fn values(wiring: &Wiring, given: &Bound<'_, PyDict>) -> PyResult<BTreeMap<String, f64>> {
     let mut values = BTreeMap::new();
     for (name, value) in given {
-        let name: String = name.extract().map_err(|_| PyTypeError::new_err("names of parameters are texts"))?;
+        let name: String =
+            name.extract().map_err(|_| PyTypeError::new_err("names of parameters are texts"))?;
         let refused = |error: runner::setting::SettingError| PyValueError::new_err(error.to_string());
         let variable = variable_named(wiring, &name).map_err(refused)?;
         let number = if let Ok(text) = value.cast::<PyString>() {
@@ -64,7 +65,9 @@ fn check(values: &BTreeMap<String, f64>) -> Result<(), String> {
         let Some((_, variable)) = by_name(name) else { continue };
         let value = match variable.kind {
             Kind::Real { .. } => Value::Real(number),
-            Kind::Integer { .. } | Kind::Enumeration(_) if number.fract() == 0.0 => Value::Integer(number as i32),
+            Kind::Integer { .. } | Kind::Enumeration(_) if number.fract() == 0.0 => {
+                Value::Integer(number as i32)
+            }
             Kind::Boolean => Value::Boolean(number != 0.0),
             _ => return Err(format!("{name}: {number} is not a whole number")),
         };

@@ -26,7 +26,8 @@ fn fmu(library: PathBuf) -> PyResult<Arc<Fmu>> {
     match &*loaded {
         Some((from, fmu)) if *from == library => Ok(Arc::clone(fmu)),
         _ => {
-            let fmu = Fmu::own(library.clone()).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+            let fmu =
+                Fmu::own(library.clone()).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
             let fmu = Arc::new(fmu);
             *loaded = Some((library, Arc::clone(&fmu)));
             Ok(fmu)
@@ -51,7 +52,8 @@ pub fn simulate<'py>(
     let protocol = Arc::new(history(&time_s, &displacement_mm, exact_motion)?);
     let fmu = fmu(library)?;
     let names = Names { extra: outputs, ..Names::default() };
-    let wiring = Wiring::new(fmu.description(), &names).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+    let wiring =
+        Wiring::new(fmu.description(), &names).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
     if let Some(unknown) = names.extra.iter().find(|n| wiring.outputs.iter().all(|port| port.name != **n)) {
         return Err(PyValueError::new_err(match unknown.strip_prefix("sensitivity.force.") {
             Some(parameter) => format!(

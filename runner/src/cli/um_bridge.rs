@@ -89,7 +89,9 @@ fn inputs(wiring: &Wiring, asked: &[String]) -> Result<Vec<String>, Box<dyn std:
         names.push(name);
     }
     if names.is_empty() {
-        return Err(UsageError("name the FMU's parameters that are inputs: --parameter NAME".to_owned()).into());
+        return Err(
+            UsageError("name the FMU's parameters that are inputs: --parameter NAME".to_owned()).into()
+        );
     }
     Ok(names)
 }

@@ -46,7 +46,9 @@ impl ForwardModel {
                 Value::String(text) => number_in(variable, text),
                 Value::Bool(truth) => number_in(variable, &truth.to_string()),
                 _ => {
-                    let why = format!("config: {name} must be a number (SI) or a text with a unit, such as \"2 mm\"");
+                    let why = format!(
+                        "config: {name} must be a number (SI) or a text with a unit, such as \"2 mm\""
+                    );
                     return Err(Refusal::InvalidInput(why));
                 }
             };
@@ -54,7 +56,9 @@ impl ForwardModel {
         }
         if input.len() != self.parameters.len() {
             let (given, wanted) = (input.len(), self.parameters.join(", "));
-            return Err(Refusal::InvalidInput(format!("input[0] has {given} values; give those of {wanted}")));
+            return Err(Refusal::InvalidInput(format!(
+                "input[0] has {given} values; give those of {wanted}"
+            )));
         }
         for (name, &value) in self.parameters.iter().zip(input) {
             let variable = variable_named(&self.wiring, name).map_err(refused)?;
@@ -143,7 +147,8 @@ impl Worker {
         }
         let job = self.model.job(input, config, true)?;
         let curve = self.run(&job)?;
-        let places = self.model.parameters.iter().filter_map(|name| self.model.wiring.sensitivities.get(name));
+        let places =
+            self.model.parameters.iter().filter_map(|name| self.model.wiring.sensitivities.get(name));
         let column = |&place: &usize| curve.values[place].iter().map(|d| MILLI * d).collect();
         Ok(places.map(column).collect())
     }

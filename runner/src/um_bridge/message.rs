@@ -24,7 +24,9 @@ pub enum Refusal {
     #[error("the FMU has no derivatives of the force by all of these inputs")]
     UnsupportedFeature,
     /// Another address.
-    #[error("there is no {0}; there are Info, InputSizes, OutputSizes, ModelInfo, Evaluate, Gradient, ApplyJacobian")]
+    #[error(
+        "there is no {0}; there are Info, InputSizes, OutputSizes, ModelInfo, Evaluate, Gradient, ApplyJacobian"
+    )]
     NotFound(String),
 }
 
@@ -72,7 +74,9 @@ impl Request {
     fn input(&self) -> Result<&[f64], Refusal> {
         match self.input.as_slice() {
             [input] if self.out_wrt == 0 && self.in_wrt == 0 => Ok(input),
-            _ => Err(Refusal::InvalidInput("the model has one input and one output vector, number 0".to_owned())),
+            _ => Err(Refusal::InvalidInput(
+                "the model has one input and one output vector, number 0".to_owned(),
+            )),
         }
     }
 }
@@ -110,7 +114,9 @@ fn answered(worker: &mut Worker, path: &str, body: &str) -> Result<Value, Refusa
                 "ApplyHessian": false } })
         }
         "Gradient" => json!({ "output": worker.gradient(request.input()?, &request.sens, config)? }),
-        "ApplyJacobian" => json!({ "output": worker.apply_jacobian(request.input()?, &request.vec, config)? }),
+        "ApplyJacobian" => {
+            json!({ "output": worker.apply_jacobian(request.input()?, &request.vec, config)? })
+        }
         _ => json!({ "output": [worker.evaluate(request.input()?, config)?] }),
     })
 }

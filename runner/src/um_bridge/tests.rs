@@ -55,9 +55,11 @@ fn force_gradient_and_jacobian() {
     let mut output = |path: &str, body: Value| ask(&mut worker, path, body).1["output"].clone();
     assert_eq!(output("/Evaluate", json!({ "input": input })), json!([[-1000.0, -11000.0]]));
     // J = [[2 alpha, t]] in the order of the inputs, in mN.
-    let gradient = output("/Gradient", json!({ "input": input, "sens": [1.0, 0.5], "outWrt": 0, "inWrt": 0 }));
+    let gradient =
+        output("/Gradient", json!({ "input": input, "sens": [1.0, 0.5], "outWrt": 0, "inWrt": 0 }));
     assert_eq!(gradient, json!([-9000.0, 2000.0]));
-    let along = output("/ApplyJacobian", json!({ "input": input, "vec": [1.0, 0.5], "outWrt": 0, "inWrt": 0 }));
+    let along =
+        output("/ApplyJacobian", json!({ "input": input, "vec": [1.0, 0.5], "outWrt": 0, "inWrt": 0 }));
     assert_eq!(along, json!([-5500.0, -5000.0]));
 }
 
@@ -101,15 +103,48 @@ fn what_cannot_be_used_is_told() {
         ("/Evaluate", r#"{"name": "posterior"}"#.to_owned(), 400, "ModelNotFound", "force_mN"),
         ("/Evaluate", body(r#""input": [[1.0, 2.0]]"#), 400, "InvalidInput", MU),
         ("/Evaluate", body(r#""input": []"#), 400, "InvalidInput", "one input"),
-        ("/Evaluate", body(r#""input": [[0.0]], "config": {"material.n0s": 7}"#), 400, "InvalidInput", "bounds"),
-        ("/Evaluate", body(r#""input": [[0.0]], "config": {"material.n0x": 7}"#), 400, "InvalidInput", "did you mean"),
-        ("/Evaluate", body(r#""input": [[0.0]], "config": {"material.n0s": []}"#), 400, "InvalidInput", "number"),
-        ("/Evaluate", body(&format!(r#""input": [[0.0]], "config": {{"{ALPHA}": -25}}"#)), 500, "ModelError", "nonlinear"),
+        (
+            "/Evaluate",
+            body(r#""input": [[0.0]], "config": {"material.n0s": 7}"#),
+            400,
+            "InvalidInput",
+            "bounds",
+        ),
+        (
+            "/Evaluate",
+            body(r#""input": [[0.0]], "config": {"material.n0x": 7}"#),
+            400,
+            "InvalidInput",
+            "did you mean",
+        ),
+        (
+            "/Evaluate",
+            body(r#""input": [[0.0]], "config": {"material.n0s": []}"#),
+            400,
+            "InvalidInput",
+            "number",
+        ),
+        (
+            "/Evaluate",
+            body(&format!(r#""input": [[0.0]], "config": {{"{ALPHA}": -25}}"#)),
+            500,
+            "ModelError",
+            "nonlinear",
+        ),
         ("/Gradient", body(r#""input": [[0.0]], "sens": [1.0]"#), 400, "InvalidInput", "give 2"),
         ("/ApplyJacobian", body(r#""input": [[0.0]], "vec": []"#), 400, "InvalidInput", "give 1"),
-        ("/Gradient", body(r#""input": [[0.0]], "sens": [1.0, 1.0], "inWrt": 1"#), 400, "InvalidInput", "number 0"),
+        (
+            "/Gradient",
+            body(r#""input": [[0.0]], "sens": [1.0, 1.0], "inWrt": 1"#),
+            400,
+            "InvalidInput",
+            "number 0",
+        ),
     ] {
         let (found, type_, message) = told(path, &body);
-        assert!((found, type_.as_str()) == (status, kind) && message.contains(part), "{body}: {found} {type_} {message}");
+        assert!(
+            (found, type_.as_str()) == (status, kind) && message.contains(part),
+            "{body}: {found} {type_} {message}"
+        );
     }
 }
