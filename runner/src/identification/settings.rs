@@ -20,7 +20,7 @@ pub struct FitSettings {
     /// Parameter that follows another one, e.g. material.branch\[2\].mu=material.branch\[1\].mu*0.5 (repeatable)
     #[arg(long, value_name = "NAME=OTHER*FACTOR")]
     pub tie: Vec<String>,
-    /// Bounds of a fitted parameter [default: five decades around the start]; it is
+    /// Bounds of a fitted parameter [default: where the data can show it]; it is
     /// then fitted under its own name, not through G and tau (repeatable)
     #[arg(long, value_name = "NAME=LOWER:UPPER")]
     pub bounds: Vec<String>,

@@ -100,7 +100,7 @@ impl Signature {
     }
 
     /// Twice the log evidence for the effect against no effect, its magnitude as likely before the measurement as
-    /// [`super::magnitude`] says, on one side only if `one_sided`.
+    /// `inference::magnitude` says, on one side only if `one_sided`.
     pub fn evidence(&self, y: &DVector<f64>, one_sided: bool) -> f64 {
         let (magnitude, deviation) = self.magnitude(y);
         self.score(y).powi(2) + prior_weight(magnitude, deviation, one_sided)

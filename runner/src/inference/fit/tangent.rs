@@ -126,7 +126,7 @@ impl Fit {
     /// Twice the log evidence (Laplace), up to what all models of these data share.
     ///
     /// `-chi^2 - ln det Sigma - ln det(W'W) - sum ln(prior variance)` of the parameters, and for each magnitude what
-    /// [`crate::inference::magnitude`] says of it.
+    /// `inference::magnitude` says of it.
     pub fn evidence(&self, active: &[&Candidate]) -> f64 {
         let variances: f64 = self.prior.deviation[..self.parameters].iter().map(|s| 2.0 * s.ln()).sum();
         let free = active.iter().filter(|c| is_continuous(c));

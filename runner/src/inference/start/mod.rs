@@ -5,7 +5,7 @@
 //!             -> prony (non-negative, as many branches as the evidence asks for) -> Start -> names
 //! ```
 //! Closed forms are small strain, of an incompressible sample: a start is worth some ten per cent, and the bounds around it are
-//! five decades wide.
+//! wide: moduli five decades and more, times from a thousandth of the ramp to a hundred times the test.
 
 pub mod names;
 pub mod nonnegative;
