@@ -7,6 +7,8 @@ use pyo3::prelude::*;
 use runner::cli::protocols::paper;
 use runner::data::straight_pieces;
 
+type Array<'py> = Bound<'py, PyArray1<f64>>;
+
 /// Times (s) and displacements (mm) of the paper's P1 or P2.
 #[pyfunction]
 #[pyo3(signature = (name, cycles, points))]
@@ -15,7 +17,7 @@ pub fn protocol<'py>(
     name: &str,
     cycles: Option<i32>,
     points: usize,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<(Array<'py>, Array<'py>)> {
     let refused = |why: String| PyValueError::new_err(why);
     if cycles.is_some_and(|cycles| !(1..=1000).contains(&cycles)) {
         return Err(refused("cycles must be a whole number from 1 to 1000, or None".to_owned()));
