@@ -14,6 +14,7 @@ use runner::inference::{Requests, SearchPlan, Setup, Unknowns};
 use runner::noise::{Observation, Weights};
 use runner::pool::wiring::Names;
 use runner::pool::{Priority, Run};
+use runner::setting::written;
 use std::path::Path;
 use std::time::Instant;
 
@@ -40,7 +41,7 @@ fn main() -> Result<(), Error> {
             let engine = Engine::new(&EngineOptions { names, ..EngineOptions::default() })?;
             let requests = Requests {
                 set: vec![format!("solver.linear_solver={solver}")],
-                start: STARTS.iter().map(|(name, value)| format!("{name}={value}")).collect(),
+                start: STARTS.iter().map(|(name, value)| written(engine.wiring(), name, *value)).collect(),
                 ..Requests::default()
             };
             let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;

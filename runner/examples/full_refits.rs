@@ -40,7 +40,7 @@ fn main() -> Result<(), Error> {
     let set = vec!["mesh.preset=coarse".to_owned()];
     let requests = Requests { set, ..Requests::default() };
     let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
-    let effort = Effort { quick: true, evaluations: EVALUATIONS };
+    let effort = Effort { quick: true, evaluations: EVALUATIONS, matters_percent: 1.0 };
     let observations = observe(&measurements, None)?;
     let found =
         diagnose(&engine, observations, &unknowns, &[], None, effort, &mut |what| eprintln!("{what}"))?;

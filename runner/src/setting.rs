@@ -109,6 +109,12 @@ pub fn variable_named<'a>(wiring: &'a Wiring, name: &str) -> Result<&'a ScalarVa
     })
 }
 
+/// `NAME=VALUE UNIT` as it is read, of a value in the FMU's unit.
+pub fn written(wiring: &Wiring, name: &str, value: f64) -> String {
+    let unit = wiring.parameters.get(name).and_then(|v| v.unit.as_deref()).unwrap_or_default();
+    format!("{name}={value} {unit}").trim_end().to_owned()
+}
+
 /// A value for a variable, in the FMU's unit. Where the variable has a unit, the value needs one (0 is 0 in all of them).
 ///
 /// # Errors
@@ -213,4 +219,26 @@ pub fn settings_from(wiring: &Wiring, texts: &[String]) -> Result<BTreeMap<Strin
         Ok((variable.name.clone(), number_in(variable, value)?))
     };
     texts.iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fmi::Fmu;
+    use crate::pool::wiring::Names;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let fmu = Fmu::builtin().unwrap();
+        let wiring = Wiring::new(fmu.description(), &Names::default()).unwrap();
+        for (name, variable) in &wiring.parameters {
+            let Some(value) = variable.start_number().filter(|_| variable.kind != VariableKind::Boolean)
+            else {
+                continue;
+            };
+            let (found, read) = assignment(&wiring, &written(&wiring, name, value)).unwrap();
+            assert_eq!(&found.name, name);
+            assert!((read - value).abs() <= 1e-12 * value.abs(), "{name}: {read} for {value}");
+        }
+    }
 }

@@ -239,7 +239,19 @@ fn contact_point_and_tare_are_fitted_with_the_rest() {
     for (words, part) in [
         (&["inspect", text(&file), "--zero", "fit"][..], "--zero contact"),
         (&["diagnose", text(&file), "--tare", "fit"], "--tare off-contact"),
-        (&["identify", text(&file), "--tare", "fit", "--noise", "none"], "--noise none"),
+        (
+            &[
+                "identify",
+                text(&file),
+                "--tare",
+                "fit",
+                "--noise",
+                "none",
+                "--out",
+                text(&d.path().join("none")),
+            ],
+            "--noise none",
+        ),
     ] {
         let error = refuse(2, words);
         assert!(error.contains(part), "{error}");

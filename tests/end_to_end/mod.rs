@@ -6,6 +6,7 @@
 //! Reference: the shipped data's known parameters; closed-form curves; an uninterrupted run.
 
 mod bad_input;
+mod challenge;
 mod diagnose;
 mod fields;
 mod identify;

@@ -13,6 +13,7 @@ use crate::inference::{ForceProblem, Setup};
 use crate::inference::{Requests, Unknowns};
 use crate::noise::observation::observe;
 use crate::noise::{Weights, noise_model};
+use crate::setting::written;
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 
@@ -27,7 +28,9 @@ pub fn visibility(
     if changes_mn.is_empty() {
         return Ok(vec![]);
     }
-    let pairs = |map: &BTreeMap<String, f64>| map.iter().map(|(n, v)| format!("{n}={v}")).collect::<Vec<_>>();
+    let pairs = |map: &BTreeMap<String, f64>| {
+        map.iter().map(|(name, value)| written(engine.wiring(), name, *value)).collect::<Vec<_>>()
+    };
     let requests = Requests { set: pairs(numerics), start: pairs(&drawn.material), ..Requests::default() };
     let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
     let observations = observe(measurements, None)?;

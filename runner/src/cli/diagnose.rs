@@ -187,7 +187,11 @@ pub fn diagnosis_of(
     idle::bounds_and_starts(&[], &arguments.start, &unknowns)?;
 
     let progress = Progress::of_fit(0);
-    let effort = Effort { quick: arguments.quick, evaluations: arguments.max_evaluations };
+    let effort = Effort {
+        quick: arguments.quick,
+        evaluations: arguments.max_evaluations,
+        matters_percent: arguments.matters,
+    };
     let mut say = |what: String| {
         if arguments.verbose {
             terminal::aside("text", &format!("{:.1} s: {what}", started.elapsed().as_secs_f64()));

@@ -5,7 +5,7 @@ use super::confirming::{Refit, whole};
 use super::experiments::{Proposal, proposals, rivals};
 use super::held_out::{Split, splits};
 use super::leftover::{Leftover, leftover};
-use super::location::{Spot, spots};
+use super::location::{Pattern, Spot, spots};
 use super::result::Kind;
 use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
@@ -26,13 +26,15 @@ use crate::pool::Priority;
 use nalgebra::DVector;
 use thiserror::Error;
 
-/// How thorough the diagnosis is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// How thorough the diagnosis is, and what is worth an answer.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Screening, and refits of the leaders only.
     pub quick: bool,
     /// Largest number of evaluations of a fit.
     pub evaluations: usize,
+    /// A gap of a smaller part of the peak does not matter (%).
+    pub matters_percent: f64,
 }
 
 /// A diagnosis that cannot be made.
@@ -88,6 +90,8 @@ pub struct Findings {
     pub splits: Vec<Split>,
     /// The answer.
     pub decision: Decision,
+    /// Largest mean difference between data and plain model in any phase of any cycle, as part of its test's largest force (%).
+    pub gap_percent: f64,
     /// What a gap looks like that nothing explains.
     pub leftover: Option<Leftover>,
     /// Tests that would tell the members of a group apart, the best first.
@@ -158,7 +162,12 @@ pub fn diagnose(
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
     let mates = |leader: usize| mates(&candidates, &screened, &refits, y, leader);
     let accepted = |r: &Refit| accepted(&plain, r, &splits);
+    let gap_percent = gap_percent(&observations, &spots, &plain);
+    let is_small = gap_percent < effort.matters_percent;
+    let removed = |r: &Refit| removed(&plain, r, &splits);
     let decision = decide(&Evidence {
+        is_small,
+        removed: &removed,
         probability,
         is_flagrant: flagrant,
         rivals: effects.len(),
@@ -176,6 +185,7 @@ pub fn diagnose(
     };
     let proposals = proposals(setup, &candidates, &noise, &surviving, sample_height_m)?;
     Ok(Findings {
+        gap_percent,
         leftover: left,
         proposals,
         noise,
@@ -358,6 +368,27 @@ fn mates(
         !refitted && promises && alike(screened, leader, s.candidate) && own - gain(s) < DECISIVE
     };
     screened.iter().filter(is_mate).map(|s| s.candidate).collect()
+}
+
+/// Largest mean difference between data and plain model in any phase of any cycle, as part of its test's largest force (%).
+fn gap_percent(observations: &[Observation], spots: &[Spot], plain: &Fit) -> f64 {
+    let level = spots.iter().filter(|s| s.pattern == Pattern::Level);
+    let part = |s: &Spot| {
+        let mean_mn = s.points.iter().map(|&i| plain.gap_mn[i]).sum::<f64>() / s.points.len().max(1) as f64;
+        let peak_mn = observations[s.test].force_mn().iter().fold(0.0_f64, |peak, f| peak.max(f.abs()));
+        100.0 * mean_mn.abs() / peak_mn
+    };
+    level.map(part).fold(0.0, f64::max)
+}
+
+/// Whether the effects surely bring the prediction of some held-out data nearer to them.
+fn removed(plain: &Fit, refit: &Refit, splits: &[Split]) -> bool {
+    let of = |split: &Split| {
+        let comparison = Comparison::new(plain, &refit.fit, split).filter(|c| c.informative)?;
+        let all: Vec<usize> = (0..split.predicted.len()).collect();
+        comparison.shrinkage(&all, &comparison.draws()).interval
+    };
+    splits.iter().filter_map(of).any(|(low, _)| low > 0.0)
 }
 
 /// Whether held-out data accept a model: the sum over the splits that determine it.

@@ -101,6 +101,9 @@ pub struct Verdict {
     /// What is smaller does not matter (%).
     #[serde(default)]
     pub matters_percent: f64,
+    /// Whether there is a significant gap, but a smaller one, and no effect that is sure to predict better.
+    #[serde(default)]
+    pub is_immaterial: bool,
     /// In plain words.
     pub text: String,
 }

@@ -50,7 +50,8 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
             kind: f.decision.kind,
             effects: names,
             confidence: f.decision.confidence,
-            gap_percent: gap_percent(f),
+            gap_percent: f.gap_percent,
+            is_immaterial: f.decision.is_immaterial,
             matters_percent: about.matters_percent,
             text: String::new(),
         },
@@ -92,17 +93,6 @@ fn test(f: &Findings, i: usize, o: &Observation) -> TestSummary {
         height_scatter: noise.height_scatter,
         same_specimens: f.noise.same_specimens,
     }
-}
-
-/// Largest mean difference in any phase of any cycle, as part of its test's largest force (%).
-fn gap_percent(f: &Findings) -> f64 {
-    let level = f.spots.iter().filter(|s| s.pattern == Pattern::Level);
-    let part = |s: &Spot| {
-        let mean_mn = s.points.iter().map(|&i| f.plain.gap_mn[i]).sum::<f64>() / s.points.len().max(1) as f64;
-        let peak_mn = f.observations[s.test].force_mn().iter().fold(0.0_f64, |peak, f| peak.max(f.abs()));
-        100.0 * mean_mn.abs() / peak_mn
-    };
-    level.map(part).fold(0.0, f64::max)
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
@@ -294,11 +284,7 @@ fn warnings(f: &Findings) -> Vec<String> {
     if !f.decision.unnamed.is_empty() {
         let names: Vec<&str> = f.decision.unnamed.iter().map(|&k| f.candidates[k].name.as_str()).collect();
         warnings.push(match f.decision.kind {
-            Kind::NoGap => format!(
-                "there is a significant difference; {} of less than a tenth of its plausible scale explains it, which is too \
-                 little to matter",
-                list(&names)
-            ),
+            Kind::NoGap => format!("what is significant of the difference looks like {}", list(&names)),
             _ => format!("less likely, but not told from the effects named: {}", list(&names)),
         });
     }

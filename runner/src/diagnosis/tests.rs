@@ -128,6 +128,7 @@ fn the_json_keeps_its_layout() {
         confidence: 0.9,
         gap_percent: 2.0,
         matters_percent: 1.0,
+        is_immaterial: false,
         text: "x".into(),
     };
     let diagnosis = Diagnosis {

@@ -11,8 +11,6 @@ use super::result::Kind;
 pub const SIGNIFICANT: f64 = 0.05;
 /// Twice the log evidence, or chi^2, by which a model must lead for the others to be left out of the answer.
 pub const DECISIVE: f64 = 6.0;
-/// An effect of a smaller part of its plausible scale is no gap that matters.
-const NEGLIGIBLE: f64 = 0.1;
 /// Probability under noise below which a refit is not adequate.
 const INADEQUATE: f64 = 0.01;
 /// Prior odds of a pair, and of something outside the catalogue, against a single effect, as twice their logarithm.
@@ -32,6 +30,10 @@ pub struct Evidence<'a> {
     pub probability: f64,
     /// Whether the plain model's chi^2 alone shows a gap, wherever it is.
     pub is_flagrant: bool,
+    /// Whether the plain model's gap is smaller than what matters.
+    pub is_small: bool,
+    /// Whether a model surely predicts held-out data better.
+    pub removed: &'a dyn Fn(&Refit) -> bool,
     /// Effects that were asked about: as many chances to find one that fits noise.
     pub rivals: usize,
     /// Refitted models.
@@ -57,6 +59,8 @@ pub struct Decision {
     pub members: Vec<usize>,
     /// Less likely ones that look the same and are not named; without a gap that matters, what explains the difference.
     pub unnamed: Vec<usize>,
+    /// Whether there is a significant gap, too small to matter.
+    pub is_immaterial: bool,
     /// Index of the refit that the answer rests on.
     pub refit: Option<usize>,
     /// Probability that it is right.
@@ -106,6 +110,7 @@ pub fn decide(e: &Evidence) -> Decision {
         kind,
         members,
         unnamed: vec![],
+        is_immaterial: false,
         refit,
         confidence: confidence.clamp(0.01, 0.99) * if kind == Kind::NoGap { 1.0 } else { RELIABILITY },
         probabilities: probabilities.clone(),
@@ -123,19 +128,19 @@ pub fn decide(e: &Evidence) -> Decision {
     if plain > strongest && !e.is_flagrant {
         return decision(Kind::NoGap, vec![], None, probabilities[e.refits.len() + 1]);
     }
+    // Two correct programs differ by as much; what they leave of one another is no finding about the specimen.
+    let is_immaterial = e.is_small && !best.is_some_and(|k| (e.removed)(&e.refits[k]));
+    if is_immaterial {
+        let unnamed = best.map_or_else(Vec::new, |k| e.refits[k].members.clone());
+        let confidence = 0.5 + 0.5 * best.map_or(0.0, |k| probabilities[k] * (1.0 - elsewhere_share));
+        return Decision { unnamed, is_immaterial, ..decision(Kind::NoGap, vec![], None, confidence) };
+    }
     let Some(best) = best else {
         let explained: f64 =
             order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();
         return decision(Kind::NoneOfThese, vec![], None, (1.0 - explained) * (1.0 - e.probability));
     };
     let refit = &e.refits[best];
-    let sizes = refit.fit.magnitudes();
-    if !sizes.is_empty() && sizes.iter().all(|m| m.abs() < NEGLIGIBLE) {
-        // Two correct programs differ by as much; what they leave of one another is no finding about the specimen.
-        let confidence = 0.5 + 0.5 * probabilities[best] * (1.0 - elsewhere_share);
-        let unnamed = refit.members.clone();
-        return Decision { unnamed, ..decision(Kind::NoGap, vec![], None, confidence) };
-    }
     if refit.members.len() > 1 {
         let mut members = refit.members.clone();
         add_distinct(&mut members, refit.alternatives.iter().copied(), e.same);

@@ -38,20 +38,26 @@ fn refit(candidate: usize, evidence: f64) -> Refit {
     }
 }
 
-/// Decides between `refits`; candidates 10 and 11 are forms of one effect, and `mates` were not refitted.
-fn decided(refits: &[Refit], mates: &[usize], probability: f64, something_else: f64) -> Decision {
-    let effect = |k: usize| k.min(10);
-    decide(&Evidence {
+/// What is weighed between `refits`; candidates 10 and 11 are forms of one effect.
+fn evidence(refits: &[Refit], probability: f64, something_else: f64) -> Evidence<'_> {
+    Evidence {
         probability,
         is_flagrant: false,
+        is_small: false,
+        removed: &|_| false,
         rivals: 2,
         refits,
         something_else,
         alike: &|_, _| true,
-        same: &|a, b| effect(a) == effect(b),
-        mates: &|_| mates.to_vec(),
+        same: &|a, b| a.min(10) == b.min(10),
+        mates: &|_| vec![],
         accepted: &|_| None,
-    })
+    }
+}
+
+/// Decides between them; `mates` were not refitted.
+fn decided(refits: &[Refit], mates: &[usize], probability: f64, something_else: f64) -> Decision {
+    decide(&Evidence { mates: &|_| mates.to_vec(), ..evidence(refits, probability, something_else) })
 }
 
 #[test]
@@ -124,15 +130,17 @@ fn a_group_is_no_longer_than_three() {
     approx::assert_relative_eq!(d.confidence, 0.6 * two.confidence, max_relative = 0.02);
 }
 
-/// A significant effect that is too small to matter is told, and is no gap.
+/// A significant gap that is too small to matter is told, and accuses nothing unless that surely predicts better.
 #[test]
-fn a_tenth_of_a_plausible_scale_is_no_gap() {
-    let sized = |size: f64| {
-        let mut found = refit(4, 200.0);
-        found.fit.solution.x = vec![size];
-        decided(&[found], &[], 0.0, 0.0)
+fn a_gap_too_small_to_matter_accuses_what_predicts_better_only() {
+    let found = [refit(4, 200.0)];
+    let small = |removed: bool| {
+        let evidence = Evidence { is_small: true, removed: &|_| removed, ..evidence(&found, 0.0, 0.0) };
+        let d = decide(&evidence);
+        (d.kind, d.members, d.unnamed, d.is_immaterial)
     };
-    let d = sized(-0.05);
-    assert_eq!((d.kind, d.members, d.unnamed), (Kind::NoGap, vec![], vec![4]));
-    assert_eq!((sized(0.15).kind, sized(0.15).unnamed), (Kind::Effect, vec![]));
+    assert_eq!(small(false), (Kind::NoGap, vec![], vec![4], true));
+    assert_eq!(small(true), (Kind::Effect, vec![4], vec![], false));
+    let unexplained = Evidence { is_small: true, ..evidence(&[], 0.0, 100.0) };
+    assert!(decide(&unexplained).is_immaterial);
 }

@@ -57,6 +57,13 @@ fn answer(d: &Diagnosis) -> String {
     let titles: Vec<String> = d.verdict.effects.iter().map(title).collect();
     let names: Vec<&str> = titles.iter().map(String::as_str).collect();
     match d.verdict.kind {
+        Kind::NoGap if d.verdict.is_immaterial => {
+            let v = &d.verdict;
+            let (gap, matters) = (significant(v.gap_percent, 2), significant(v.matters_percent, 2));
+            format!(
+                "No gap that matters: model and data differ by {gap} % of the peak at most, where {matters} % matters (confidence {percent})."
+            )
+        }
         Kind::NoGap => format!("No gap: model and data agree within the noise (confidence {percent})."),
         Kind::Effect => {
             format!("Effect: {} explains the gap (confidence {percent}){}.", titles[0], removed(d))
