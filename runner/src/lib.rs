@@ -32,4 +32,5 @@ pub mod score;
 pub mod setting;
 pub mod study;
 pub mod text;
+pub mod um_bridge;
 pub mod units;

@@ -144,6 +144,14 @@ pub fn number_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingEr
         VariableKind::Real => real_in(variable, text)?,
         VariableKind::String => return Err(SettingError::Text { name }),
     };
+    admissible(variable, number)
+}
+
+/// A value in the FMU's unit, where the variable may have it.
+///
+/// # Errors
+/// When it is outside the variable's bounds, or no number.
+pub fn admissible(variable: &ScalarVariable, number: f64) -> Result<f64, SettingError> {
     let (min, max) = (variable.min.unwrap_or(f64::NEG_INFINITY), variable.max.unwrap_or(f64::INFINITY));
     if (min..=max).contains(&number) {
         return Ok(number);

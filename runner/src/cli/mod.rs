@@ -22,12 +22,13 @@ mod package;
 mod parameter_sets;
 mod plots;
 mod progress;
-mod protocols;
+pub mod protocols;
 mod report;
 mod schemas;
 mod simulate;
 mod study;
 pub(crate) mod terminal;
+mod um_bridge;
 mod validate;
 
 use self::job::{Expanded, Invocation, JobError};
@@ -78,6 +79,8 @@ enum Command {
     Batch(batch::Arguments),
     /// Ask the same of many specimens, on this machine or on a cluster.
     Study(Box<study::Arguments>),
+    /// Serve the model to samplers that speak UM-Bridge: parameters in, force and derivatives out.
+    UmBridge(um_bridge::Arguments),
     /// Render the HTML page of an earlier identification again.
     Report(report::Arguments),
     /// Write the FMU archive, and check it.
@@ -95,7 +98,7 @@ pub(crate) fn program() -> clap::Command {
     // The list of parameters comes from the variable table, so it is added when the program runs.
     let help = format!("{}\n\n{}", engine_args::parameter_help(), exit::HELP);
     let mut command = Cli::command();
-    for name in ["simulate", "identify", "diagnose", "validate", "batch"] {
+    for name in ["simulate", "identify", "diagnose", "validate", "batch", "um-bridge"] {
         command = command.mut_subcommand(name, |c| c.after_long_help(help.clone()));
     }
     // Builds the options that all commands share into each of them.
@@ -150,6 +153,7 @@ fn run(cli: &Cli, call: &Invocation) -> CliResult {
         Command::Validate(arguments) => validate::run(arguments, call),
         Command::Batch(arguments) => batch::run(arguments, call),
         Command::Study(arguments) => study::run(arguments, &call.stop),
+        Command::UmBridge(arguments) => um_bridge::run(arguments, call),
         Command::Report(arguments) => report::run(arguments),
         Command::Package(arguments) => package::run(arguments),
         Command::Completions(arguments) => manual::completions(arguments),

@@ -2,7 +2,7 @@
 
 use crate::cli::engine_args::show_notes;
 use crate::data::{Reading, Wanted, protocol_of, read_as};
-use poropunch::motion::protocol::{Protocol, Trapezoid};
+use poropunch::motion::protocol::{Protocol, ProtocolError, Trapezoid};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -16,6 +16,24 @@ pub struct Motion {
     pub time_s: Arc<[f64]>,
 }
 
+/// The paper's `P1` or `P2`: that many complete cycles, or the first one to the end of the hold; nothing for another name.
+///
+/// # Errors
+/// When there is no such number of cycles.
+pub fn paper(name: &str, cycles: Option<i32>, points: usize) -> Result<Option<Motion>, ProtocolError> {
+    let trapezoid = match name {
+        "P1" => Trapezoid::p1(),
+        "P2" => Trapezoid::p2(),
+        _ => return Ok(None),
+    };
+    let protocol = match cycles {
+        Some(cycles) => Trapezoid { cycles, ..trapezoid }.protocol()?,
+        None => trapezoid.first_hold()?,
+    };
+    let time_s = output_times(&protocol, points).into();
+    Ok(Some(Motion { name: name.to_owned(), protocol: Arc::new(protocol), time_s }))
+}
+
 /// `P1`, `P2` (that many complete cycles, or the first one to the end of the hold) or the path of a CSV file.
 ///
 /// # Errors
@@ -26,18 +44,8 @@ pub fn motion(
     points: usize,
     reading: &Reading,
 ) -> Result<Motion, Box<dyn std::error::Error>> {
-    let named = match text {
-        "P1" => Some(Trapezoid::p1()),
-        "P2" => Some(Trapezoid::p2()),
-        _ => None,
-    };
-    if let Some(trapezoid) = named {
-        let protocol = match cycles {
-            Some(cycles) => Trapezoid { cycles, ..trapezoid }.protocol()?,
-            None => trapezoid.first_hold()?,
-        };
-        let time_s = output_times(&protocol, points).into();
-        return Ok(Motion { name: text.to_owned(), protocol: Arc::new(protocol), time_s });
+    if let Some(motion) = paper(text, cycles, points)? {
+        return Ok(motion);
     }
     if cycles.is_some() {
         return Err(format!("--cycles belongs to P1 and P2: {text} has those that are in it").into());

@@ -33,7 +33,16 @@ type Point = (f64, f64);
 /// When the times do not increase (a [`Measurement`] that was read from a file has been checked).
 pub fn protocol_of(m: &Measurement) -> Result<Protocol, ProtocolError> {
     let points: Vec<Point> = m.time_s.iter().copied().zip(m.displacement_m.iter().copied()).collect();
-    Protocol::new(reduced(&points))
+    straight_pieces(&points)
+}
+
+/// Fewest straight pieces through samples (time (s), displacement (m)) within their noise.
+///
+/// # Errors
+/// When a sample is no number, or the times do not increase.
+pub fn straight_pieces(points: &[(f64, f64)]) -> Result<Protocol, ProtocolError> {
+    Protocol::new(points.to_vec())?;
+    Protocol::new(reduced(points))
 }
 
 /// Fewest straight pieces within the noise.

@@ -33,7 +33,7 @@ pub mod table;
 pub use cycle::{Cycle, cycles};
 pub use error::{DataError, Problem, Question};
 pub use estimate::{Estimate, Quartiles};
-pub use history::protocol_of;
+pub use history::{protocol_of, straight_pieces};
 pub use measurement::Measurement;
 pub use phase::Phase;
 pub use reader::{Wanted, read, read_as, read_str, read_text};

@@ -39,7 +39,14 @@ impl Fmu {
     /// # Errors
     /// When it is not there.
     pub fn builtin() -> Result<Self, FmiError> {
-        let location = builtin_library()?;
+        Self::own(builtin_library()?)
+    }
+
+    /// The same from a library that lies elsewhere, of this very version.
+    ///
+    /// # Errors
+    /// When it cannot be loaded.
+    pub fn own(location: PathBuf) -> Result<Self, FmiError> {
         let description = ModelDescription::parse(&poropunch::model_description::xml())?;
         let binary = Binary::load(&location)?;
         Ok(Self { description: Arc::new(description), binary: Arc::new(binary), files: None, location })

@@ -1,0 +1,72 @@
+//! poropunch for Python: the package's code over the program that cargo built, and the wheel in an environment of its own.
+//!
+//! Goal: arrays in, the same numbers as the command line out; errors are exceptions; what runs can be stopped.
+//! Set-up: the short test puts program and library where the wheel would, and leaves out what needs the extension module; the long one
+//! builds and installs the wheel, as a user does.
+//! Reference: the command line's curve, central differences, the shipped data's known parameters.
+
+use crate::end_to_end::program::repository;
+use runner::fmi::builtin_library;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn python() -> PathBuf {
+    std::env::var_os("POROPUNCH_PYTHON").map_or_else(|| repository(".venv/bin/python"), Into::into)
+}
+
+/// Runs to the end and demands success; returns what it printed.
+fn succeed(command: &mut Command) -> String {
+    let output = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}; tests/run installs it"));
+    let [said, error] =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    assert!(output.status.success(), "{command:?}\n{said}\n{error}");
+    said
+}
+
+/// The package with what cargo built for this test, but without the extension module.
+fn staged(folder: &Path) {
+    let package = repository("runner/python/poropunch");
+    for part in ["", "results"] {
+        let to = folder.join("poropunch").join(part);
+        std::fs::create_dir_all(&to).unwrap();
+        for file in std::fs::read_dir(package.join(part)).unwrap().map(|entry| entry.unwrap().path()) {
+            if file.extension().is_some_and(|e| e == "py") {
+                std::fs::copy(&file, to.join(file.file_name().unwrap())).unwrap();
+            }
+        }
+    }
+    let built = folder.join("poropunch/built");
+    std::fs::create_dir(&built).unwrap();
+    let library = builtin_library().unwrap();
+    std::fs::copy(&library, built.join(library.file_name().unwrap())).unwrap();
+    std::fs::copy(env!("CARGO_BIN_EXE_runner"), built.join("runner")).unwrap();
+}
+
+#[test]
+fn the_dataclasses_are_current() {
+    succeed(Command::new(python()).arg(repository("runner/python/generate.py")).arg("--check"));
+}
+
+#[test]
+fn python_speaks_with_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    staged(folder.path());
+    let mut test = Command::new(python());
+    test.arg("-W").arg("error::DeprecationWarning").arg(repository("tests/wheel/python/program.py"));
+    succeed(test.arg(repository("data")).env("PYTHONPATH", folder.path()).current_dir(folder.path()));
+}
+
+#[test]
+#[ignore = "long: compiles runner again with the features of the extension module, and installs from PyPI"]
+fn the_wheel_from_a_fresh_environment() {
+    let folder = tempfile::tempdir().unwrap();
+    let environment = folder.path().join("environment");
+    succeed(Command::new(python()).args(["-m", "venv"]).arg(&environment));
+    let bin = environment.join("bin");
+    let wheel = format!("{}[pandas]", repository("runner/python").display());
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &wheel];
+    succeed(Command::new(bin.join("python")).args(install));
+    let mut test = Command::new(bin.join("python"));
+    test.arg(repository("tests/wheel/python/wheel.py")).arg(repository("data"));
+    println!("{}", succeed(test.current_dir(folder.path())));
+}
