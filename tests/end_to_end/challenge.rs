@@ -8,9 +8,10 @@ fn cases_are_made_and_their_key_is_sealed() {
     let d = directory();
     let (cases, key) = (d.path().join("cases"), d.path().join("key.json"));
     let (out, sealed) = (text(&cases), text(&key));
-    let asked = ["--seed", "7", "--cases", "2", "--kinds", "single,null", "--mesh", "coarse"];
+    let asked = ["--seed", "7", "--cases", "2", "--kinds", "single,null"];
     succeed(&[&["challenge", "make"][..], &asked, &["--out", out, "--key", sealed]].concat());
-    let folders: Vec<_> = std::fs::read_dir(&cases).unwrap().map(|e| e.unwrap().path()).collect();
+    let folders: Vec<_> =
+        std::fs::read_dir(cases.join("cases")).unwrap().map(|e| e.unwrap().path()).collect();
     let full = folders.iter().filter(|f| f.join("P1.csv").is_file() && f.join("P2.csv").is_file()).count();
     assert_eq!(full, 2, "{folders:?}");
     assert!(key.is_file());

@@ -32,8 +32,8 @@ pub struct Evidence<'a> {
     pub is_flagrant: bool,
     /// Whether the plain model's gap is smaller than what matters.
     pub is_small: bool,
-    /// Whether a model surely predicts held-out data better.
-    pub removed: &'a dyn Fn(&Refit) -> bool,
+    /// Whether a model surely predicts held-out data better, where that can be told.
+    pub removed: &'a dyn Fn(&Refit) -> Option<bool>,
     /// Effects that were asked about: as many chances to find one that fits noise.
     pub rivals: usize,
     /// Refitted models.
@@ -129,7 +129,7 @@ pub fn decide(e: &Evidence) -> Decision {
         return decision(Kind::NoGap, vec![], None, probabilities[e.refits.len() + 1]);
     }
     // Two correct programs differ by as much; what they leave of one another is no finding about the specimen.
-    let is_immaterial = e.is_small && !best.is_some_and(|k| (e.removed)(&e.refits[k]));
+    let is_immaterial = e.is_small && best.is_none_or(|k| (e.removed)(&e.refits[k]) == Some(false));
     if is_immaterial {
         let unnamed = best.map_or_else(Vec::new, |k| e.refits[k].members.clone());
         let confidence = 0.5 + 0.5 * best.map_or(0.0, |k| probabilities[k] * (1.0 - elsewhere_share));
