@@ -101,8 +101,10 @@ fn bad_files_of_other_kinds() {
     let (file, fmu) = (d.path().join("m.csv"), d.path().join("not.fmu"));
     std::fs::write(&file, GOOD).expect("a file");
     std::fs::write(&fmu, "not a zip").expect("a file");
-    let error = fail(&["identify", "nowhere.csv"]);
+    let out = d.path().join("out");
+    let error = fail(&["identify", "nowhere.csv", "--out", text(&out)]);
     assert!(error.contains("nowhere.csv") && error.contains("check the path"), "{error}");
+    assert!(!out.exists(), "nothing was run, and a folder is left");
     let error = fail(&["simulate", "P3"]);
     assert!(error.contains("P3") && error.contains("P1"), "{error}");
     let error = fail(&["simulate", "P2", "--fmu", text(&fmu)]);

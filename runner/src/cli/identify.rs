@@ -10,7 +10,7 @@ use super::report::{RESULT, write_views};
 use super::terminal;
 use super::{CliResult, Ending};
 use crate::data::reading::{Tare, Zero};
-use crate::data::{Measurement, Reading, Wanted, read_tests};
+use crate::data::{Measurement, Reading, Synchronised, Wanted, read_tests};
 use crate::engine::Engine;
 use crate::identification::profiles;
 use crate::identification::report::{Context, report};
@@ -20,7 +20,7 @@ use crate::identification::{
 use crate::inference::posterior::SamplePlan;
 use crate::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use crate::inference::{Requests, Setup, Unknowns};
-use crate::noise::{Observation, Uncertainty, Weights, check};
+use crate::noise::{Observation, ObservationError, Uncertainty, Weights, check};
 use crate::output::{Folder, json};
 use crate::report::Setting;
 use crate::setting::settings_from;
@@ -61,10 +61,6 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let started = std::time::Instant::now();
     let fit = &arguments.fit;
-    let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
-    let derivatives = fit.jacobian != JacobianSource::Fd;
-    let recorded = RECORDED.map(str::to_owned);
-    let engine = arguments.engine.engine(&recorded, derivatives, Some(cache), &call.stop)?;
     let (weights, plan) = (fit.weights()?, fit.plan()?);
     let nuisances = Nuisances {
         zero: arguments.reading.zero == Some(Zero::Fit),
@@ -74,9 +70,14 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         let why = format!("{option} needs to know the noise, and --noise none says that nothing is known");
         return Err(UsageError(format!("{why}; leave one of the two out")).into());
     }
-    let height = sample_height(&engine, &arguments.engine)?;
     let files = [arguments.measurements.as_slice(), &arguments.validate].concat();
-    let mut fitted = observations(&files, height, &arguments.reading)?;
+    let tests = read_tests(&files, Wanted::MotionAndForce, &arguments.reading)?;
+    let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
+    let derivatives = fit.jacobian != JacobianSource::Fd;
+    let recorded = RECORDED.map(str::to_owned);
+    let engine = arguments.engine.engine(&recorded, derivatives, Some(cache), &call.stop)?;
+    let height = sample_height(&engine, &arguments.engine)?;
+    let mut fitted = observations(tests, height)?;
     let validation = fitted.split_off(arguments.measurements.len());
     let doubts: Vec<String> = fitted.iter().flat_map(|o| o.measurement.doubts()).collect();
     let mut requests = fit.requests(arguments.engine.settings());
@@ -206,13 +207,11 @@ pub(super) fn sample_height(
     Ok(set.get(NAME).copied().or_else(start))
 }
 
-/// Reads and prepares measurements; what they leave open is asked at once.
+/// Prepares measurements, and tells what was read leniently.
 pub(super) fn observations(
-    files: &[PathBuf],
+    tests: Vec<Synchronised>,
     height: Option<f64>,
-    reading: &Reading,
-) -> Result<Vec<Observation>, Box<dyn std::error::Error>> {
-    let tests = read_tests(files, Wanted::MotionAndForce, reading)?;
+) -> Result<Vec<Observation>, ObservationError> {
     let mut observations = Vec::with_capacity(tests.len());
     for test in tests {
         show_notes(&test.measurement);

@@ -8,7 +8,7 @@ use super::job::{Invocation, JobArguments};
 use super::terminal;
 use super::{CliResult, Ending};
 use crate::assumption::Assumption;
-use crate::data::Reading;
+use crate::data::{Reading, Wanted, read_tests};
 use crate::identification::curves;
 use crate::noise::{Uncertainty, Weights, noise_model};
 use crate::output::{Folder, curve_csv};
@@ -115,12 +115,13 @@ impl ValidatedTest {
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     nothing_fitted(&arguments.reading, "validate")?;
     let recorded = ["force_solid", "force_fluid"].map(str::to_owned);
+    let tests = read_tests(&arguments.measurements, Wanted::MotionAndForce, &arguments.reading)?;
     let engine = arguments.engine.engine(&recorded, false, None, &call.stop)?;
     let values = settings_from(engine.wiring(), &arguments.engine.settings())?;
     let weights =
         Weights { uncertainty: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
     let height = sample_height(&engine, &arguments.engine)?;
-    let tests = observations(&arguments.measurements, height, &arguments.reading)?;
+    let tests = observations(tests, height)?;
     let assumptions = assumed::of(&engine, &values, &[]);
     let assumed = assumed::say_before(&assumptions);
     let folder = arguments.out.as_ref().map(|d| Folder::begin(d, "validate")).transpose()?;
