@@ -4,7 +4,7 @@ use super::{CliResult, Ending, job, program};
 use crate::diagnosis::result::Diagnosis;
 use crate::inspection::Inspection;
 use crate::report::FitReport;
-use crate::study::gather::PopulationReport;
+use crate::study::report::PopulationReport;
 use crate::study::status::Status;
 use crate::study::{Unit, UnitResult};
 use clap::{Args, ValueEnum};

@@ -381,13 +381,13 @@ fn gap_percent(observations: &[Observation], spots: &[Spot], plain: &Fit) -> f64
     level.map(part).fold(0.0, f64::max)
 }
 
-/// Whether the effects surely bring the prediction of some held-out data nearer to them; `None` where no split determines them.
+/// Whether the effects surely bring the prediction of some held-out data nearer to them; `None` where no split determines them, or
+/// has a gap of its own.
 fn removed(plain: &Fit, refit: &Refit, splits: &[Split]) -> Option<bool> {
     let of = |split: &Split| {
         let comparison = Comparison::new(plain, &refit.fit, split).filter(|c| c.informative)?;
         let all: Vec<usize> = (0..split.predicted.len()).collect();
-        let interval = comparison.shrinkage(&all, &comparison.draws()).interval;
-        Some(interval.is_some_and(|(low, _)| low > 0.0))
+        comparison.shrinkage(&all, &comparison.draws()).interval.map(|(low, _)| low > 0.0)
     };
     splits.iter().filter_map(of).reduce(|any, one| any || one)
 }

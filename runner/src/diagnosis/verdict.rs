@@ -129,7 +129,12 @@ pub fn decide(e: &Evidence) -> Decision {
         return decision(Kind::NoGap, vec![], None, probabilities[e.refits.len() + 1]);
     }
     // Two correct programs differ by as much; what they leave of one another is no finding about the specimen.
-    let is_immaterial = e.is_small && best.is_none_or(|k| (e.removed)(&e.refits[k]) == Some(false));
+    let is_slight = |refit: &Refit| {
+        let sizes = refit.fit.magnitudes();
+        !sizes.is_empty() && sizes.iter().all(|m| m.abs() < 1.0)
+    };
+    let is_doubtful = |refit: &Refit| is_slight(refit) && (e.removed)(refit) == Some(false);
+    let is_immaterial = e.is_small && best.is_some_and(|k| is_doubtful(&e.refits[k]));
     if is_immaterial {
         let unnamed = best.map_or_else(Vec::new, |k| e.refits[k].members.clone());
         let confidence = 0.5 + 0.5 * best.map_or(0.0, |k| probabilities[k] * (1.0 - elsewhere_share));

@@ -130,19 +130,23 @@ fn a_group_is_no_longer_than_three() {
     approx::assert_relative_eq!(d.confidence, 0.6 * two.confidence, max_relative = 0.02);
 }
 
-/// A significant gap that is too small to matter is told, and accuses nothing that fails to predict what was not fitted.
+/// A significant gap that is too small to matter accuses nothing slight that fails to predict what was not fitted.
 #[test]
-fn a_gap_too_small_to_matter_accuses_nothing_that_fails_to_predict() {
-    let found = [refit(4, 200.0)];
-    let small = |removed: Option<bool>| {
+fn a_gap_too_small_to_matter_accuses_nothing_slight_that_fails_to_predict() {
+    let small = |size: f64, removed: Option<bool>| {
+        let mut found = refit(4, 200.0);
+        found.fit.solution.x = vec![size];
+        let found = [found];
         let evidence = Evidence { is_small: true, removed: &|_| removed, ..evidence(&found, 0.0, 0.0) };
         let d = decide(&evidence);
         (d.kind, d.members, d.unnamed, d.is_immaterial)
     };
-    assert_eq!(small(Some(false)), (Kind::NoGap, vec![], vec![4], true));
-    assert_eq!(small(Some(true)), (Kind::Effect, vec![4], vec![], false));
+    let (nothing, accused) = ((Kind::NoGap, vec![], vec![4], true), (Kind::Effect, vec![4], vec![], false));
+    assert_eq!(small(-0.2, Some(false)), nothing);
+    assert_eq!(small(-0.2, Some(true)), accused);
+    assert_eq!(small(3.0, Some(false)), accused);
     // One test of one cycle leaves nothing to predict.
-    assert_eq!(small(None), (Kind::Effect, vec![4], vec![], false));
+    assert_eq!(small(-0.2, None), accused);
     let unexplained = Evidence { is_small: true, ..evidence(&[], 0.0, 100.0) };
-    assert!(decide(&unexplained).is_immaterial);
+    assert_eq!(decide(&unexplained).kind, Kind::NoneOfThese);
 }

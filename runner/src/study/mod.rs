@@ -7,12 +7,15 @@
 
 mod digest;
 pub mod error;
+mod frame;
 pub mod gather;
+mod hyperqueue;
 mod page;
 pub mod plan;
 pub mod population;
 pub mod question;
 pub mod ranges;
+pub mod report;
 pub mod results;
 pub mod status;
 pub mod submit;

@@ -2,7 +2,8 @@
 
 use super::Plan;
 use super::digest::Curve;
-use super::gather::{Found, PopulationReport, Row, ValueReport};
+use super::gather::{Found, Row};
+use super::report::{GroupMean, PopulationReport, ValueReport};
 use crate::inference::wording::significant;
 use crate::report::document;
 use crate::report::plot::{Axis, Chart, Mark, palette, pretty};
@@ -18,7 +19,7 @@ const STYLE: &str =
 /// A value in the population, in one line.
 pub(super) fn in_words(v: &ValueReport) -> String {
     let unit = if v.unit == "1" { "" } else { v.unit.as_str() };
-    let group = |g: &super::gather::GroupMean| {
+    let group = |g: &GroupMean| {
         let m = g.mean?;
         let name = if g.group.is_empty() { String::new() } else { format!("{} ", g.group) };
         let [value, lower, upper] = [m.value, m.lower, m.upper].map(|x| significant(x, 3));
@@ -190,7 +191,7 @@ fn curves(rows: &[Row]) -> Markup {
     let of = |row: &Row| -> Option<(String, String)> {
         let (curves, told): (&[Curve], String) = match &row.found {
             Found::Fit(fit) => (&fit.curves, format!("χ²/dof {}", significant(fit.reduced_chi_square, 2))),
-            Found::Verdict { curves, answer, .. } => (curves, answer.clone()),
+            Found::Verdict(v) => (&v.curves, v.answer.clone()),
             Found::Nothing => return None,
         };
         if curves.is_empty() {

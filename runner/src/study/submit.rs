@@ -3,7 +3,7 @@
 
 use super::results::Kind;
 use super::status::missing;
-use super::{Plan, Results, StudyError, UnitResult, ranges};
+use super::{Plan, Results, StudyError, UnitResult, hyperqueue, ranges};
 use clap::ValueEnum;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -117,18 +117,17 @@ impl Submission {
     /// When this program's place is not known.
     pub fn script(&self, plan: &Plan) -> Result<String, StudyError> {
         let program = std::env::current_exe().map_err(StudyError::io(Path::new("the running program")))?;
-        let logs = logs(plan);
+        let folder = logs(plan);
         let name = plan.directory.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let (list, needs) = (ranges::written(&self.tasks), &self.needs);
-        let mut worker = format!(
-            "{} study work {} --per-task {} --jobs {}",
-            quoted(&program.to_string_lossy()),
-            quoted(&plan.directory.to_string_lossy()),
-            self.per_task,
-            needs.cores
-        );
-        self.work.iter().for_each(|w| worker.extend([" ", w.as_str()]));
-        let logs = logs.display();
+        let mut words: Vec<String> = vec![program.to_string_lossy().into_owned()];
+        words.extend(["study", "work"].map(str::to_owned));
+        words.push(plan.directory.to_string_lossy().into_owned());
+        words.extend(["--per-task".to_owned(), self.per_task.to_string()]);
+        words.extend(["--jobs".to_owned(), needs.cores.to_string()]);
+        words.extend(self.work.iter().cloned());
+        let worker = words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ");
+        let logs = folder.display();
         let mut text = "#!/bin/bash\n".to_owned();
         match self.engine {
             Engine::Slurm => {
@@ -147,17 +146,10 @@ impl Submission {
                 }
                 let _ = writeln!(text, "exec {worker}");
             }
-            Engine::Hyperqueue => {
-                let options = self.options.iter().map(|o| format!(" {}", quoted(o))).collect::<String>();
-                let _ = writeln!(
-                    text,
-                    "exec hq submit --name {} --array {list} --cpus {} --time-request {}s --stdout none \\\n  --stderr \
-                     '{logs}/%{{JOB_ID}}_%{{TASK_ID}}.txt'{options} -- \\\n  {worker}",
-                    quoted(&name),
-                    needs.cores,
-                    needs.seconds
-                );
+            Engine::Hyperqueue if hyperqueue::has_command() => {
+                text.push_str(&hyperqueue::by_command(self, &name, &list, &words, &folder));
             }
+            Engine::Hyperqueue => text.push_str(&hyperqueue::by_python(self, &name, &words, &folder)),
             Engine::Parallel | Engine::Local => {
                 let slots = self.slots();
                 let options = self.options.iter().map(|o| format!(" {}", quoted(o))).collect::<String>();
@@ -223,7 +215,8 @@ fn logs(plan: &Plan) -> PathBuf {
     plan.directory.join("logs")
 }
 
-fn quoted(word: &str) -> String {
+/// A word as a shell takes it.
+pub(super) fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_./=:,+-^%@".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();
@@ -291,8 +284,25 @@ mod tests {
         ] {
             assert!(slurm.contains(part), "{part}: {slurm}");
         }
-        let queue = of(Engine::Hyperqueue);
+        let words = ["/bin/runner", "study", "work", "/shared/my study"].map(str::to_owned);
+        let logs = Path::new("/shared/my study/logs");
+        let asked = Submission {
+            engine: Engine::Hyperqueue,
+            per_task: 2,
+            tasks: vec![1, 2, 3, 7],
+            needs: needs.clone(),
+            options: vec![],
+            work: vec![],
+        };
+        let queue = hyperqueue::by_command(&asked, "my study", "1-3,7", &words, logs);
         assert!(queue.contains("hq submit") && queue.contains("--array 1-3,7 --cpus 1"), "{queue}");
+        assert!(queue.ends_with("/bin/runner study work '/shared/my study'\n"), "{queue}");
+        let python = hyperqueue::by_python(&asked, "my study", &words, logs);
+        for part in
+            ["Job(name=\"my study\"", "cpus=1", "seconds=180", "in [1,2,3,7]:", "\"/shared/my study\"]"]
+        {
+            assert!(python.contains(part), "{part}: {python}");
+        }
         let parallel = of(Engine::Parallel);
         assert!(parallel.contains("{ seq 1 3; echo 7; }") && parallel.contains("--task {}"), "{parallel}");
     }
