@@ -17,3 +17,4 @@ parallel_kill_server() {
     # shellcheck disable=SC2046
     kill -9 $(parallel_processes 'parallel' | head -1) 2>/dev/null || true
 }
+parallel_slots() { nproc; }

@@ -45,7 +45,8 @@ slurm_stop() {
     local name
     for name in n1 n2 controller munged; do kill -9 "$(cat "$work/$name.pid")" 2>/dev/null || true; done
 }
-slurm_is_up() { kill -0 "$(cat "$work/$1.pid")" 2>/dev/null; }
+# What was killed may stay as a zombie for a while.
+slurm_is_up() { grep -qs '^State:[[:space:]]*[^ZX]' "/proc/$(cat "$work/$1.pid")/status"; }
 slurm_revive() {
     slurm_is_up controller || slurmctld
     local node
@@ -58,6 +59,11 @@ slurm_kill_worker() {
         # shellcheck disable=SC2046
         kill_all $(pgrep -f "^slurmstepd: \[$job\." || true)
     done
-    kill -9 "$(cat "$work/$node.pid")"
+    slurm_end "$node"
 }
-slurm_kill_server() { kill -9 "$(cat "$work/controller.pid")"; }
+slurm_kill_server() { slurm_end controller; }
+slurm_end() {
+    kill -9 "$(cat "$work/$1.pid")"
+    while slurm_is_up "$1"; do sleep 0.1; done
+}
+slurm_slots() { echo 4; }

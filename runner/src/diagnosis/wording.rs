@@ -32,7 +32,12 @@ fn sizes(d: &Diagnosis) -> String {
         let unit = if effect.unit.is_empty() { "of its plausible scale" } else { &effect.unit };
         (deviation > 0.0).then(|| {
             let digits = |value: f64| significant(value * effect.scale, 3);
-            format!("{} {} +- {} {unit}", effect.name, digits(size), digits(deviation).trim_start_matches('-'))
+            format!(
+                "{} {} +- {} {unit}",
+                effect.name,
+                digits(size),
+                digits(deviation).trim_start_matches('-')
+            )
         })
     };
     let found: Vec<String> = d.verdict.effects.iter().filter_map(of).collect();

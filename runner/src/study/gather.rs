@@ -179,7 +179,14 @@ fn forget_curves(rows: &mut [Row]) {
     }
     misfits.sort_by(|a, b| b.total_cmp(a));
     let least = misfits[MOST_CURVES - 1];
-    for row in rows.iter_mut().filter(|row| misfit(row).is_some_and(|m| m < least)) {
+    // Of those that are fitted as badly as the last that is kept, the first ones.
+    let mut equal = misfits[..MOST_CURVES].iter().filter(|m| **m == least).count();
+    for row in rows.iter_mut() {
+        let Some(misfit) = misfit(row) else { continue };
+        if misfit > least || (misfit == least && equal > 0) {
+            equal -= usize::from(misfit == least);
+            continue;
+        }
         match &mut row.found {
             Found::Fit(fit) => fit.curves.clear(),
             Found::Verdict(v) => v.curves.clear(),
