@@ -99,7 +99,7 @@ struct SubmitArguments {
     /// Failed units, too
     #[arg(long)]
     again: bool,
-    /// Units of one task [default: so many that there are 1000 tasks at most]
+    /// Units of one task [default: so many that there are 1000 tasks at most; of Slurm's, that one takes two minutes]
     #[arg(long, value_name = "N", value_parser = super::count::starts)]
     per_task: Option<usize>,
     /// Cores of a task
@@ -302,20 +302,22 @@ fn submit(arguments: &SubmitArguments, stop: &Arc<AtomicBool>) -> CliResult {
             }
         }
     }
-    let per_task = arguments.per_task.unwrap_or_else(|| per_task(plan.header.units));
+    let pilot = measured(&plan)?;
+    // A fit of minutes in a few hundred megabytes, until a unit says better.
+    let (seconds, memory_mb) = pilot.unwrap_or((600.0, 500.0));
+    let per_task =
+        arguments.per_task.unwrap_or_else(|| per_task(arguments.engine, plan.header.units, seconds));
     let tasks = tasks(&plan, per_task, again)?;
     if tasks.is_empty() {
         say!("nothing is left to do");
         return Ok(Ending::Complete);
     }
-    let pilot = measured(&plan)?;
     if pilot.is_none() && !known() {
         terminal::note(
             "no unit is done yet: time and memory are guesses until the first one (--memory, --time)",
         );
     }
-    // A fit of minutes in a few hundred megabytes, until a unit says better.
-    let mut needs = Needs::from_measured(pilot.unwrap_or((600.0, 500.0)), per_task, arguments.cores);
+    let mut needs = Needs::from_measured((seconds, memory_mb), per_task, arguments.cores);
     needs.memory_mb = arguments.memory.unwrap_or(needs.memory_mb);
     needs.seconds = arguments.time.map_or(needs.seconds, |t| t.as_secs().max(1));
     let work = if again { vec!["--again".to_owned()] } else { vec![] };

@@ -160,7 +160,7 @@ pub fn table(d: &Diagnosis) -> String {
 fn spots(text: &mut String, d: &Diagnosis) {
     let _ = writeln!(
         text,
-        "\nwhere (largest scores; noise alone passes {:.1} in 1 of 20 cases; this largest one with probability {:.2}):",
+        "\nwhere (largest scores; noise alone passes {:.1} in 1 of 20 cases, and the largest of these and of the effects' with probability {:.2}):",
         d.location.threshold, d.location.probability
     );
     let mut spots: Vec<_> = d.location.spots.iter().collect();

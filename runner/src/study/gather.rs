@@ -292,14 +292,21 @@ fn gather_sets(plan: &Plan, out: &Path) -> Result<Gathered, StudyError> {
             write_file(&out.join("curves").join(name), text.as_bytes())?;
         }
     }
-    write_table(&Frame::of_csv(&table, &out.join(TABLE))?, out)?;
+    // The words of `batch` as they are.
+    write_columns(&Frame::of_csv(&table, &out.join(TABLE))?, out)?;
+    write_file(&out.join(TABLE), table.as_bytes())?;
     let text = format!("{done} of {} units have results", plan.header.units);
     let files = [TABLE, COLUMNS, "curves"].map(str::to_owned).to_vec();
     Ok(Gathered { text, files, population: None })
 }
 
 fn write_table(table: &Frame, out: &Path) -> Result<(), StudyError> {
-    let (rows, columns) = (out.join(TABLE), out.join(COLUMNS));
+    let rows = out.join(TABLE);
     write_file(&rows, &table.csv(&rows)?)?;
+    write_columns(table, out)
+}
+
+fn write_columns(table: &Frame, out: &Path) -> Result<(), StudyError> {
+    let columns = out.join(COLUMNS);
     Ok(write_file(&columns, &table.parquet(&columns)?)?)
 }

@@ -26,6 +26,10 @@ pub enum Engine {
 
 /// Slurm's default MaxArraySize is 1001, and indices lie below it; a scheduler is not made for more and shorter tasks either.
 const MOST_TASKS: usize = 1000;
+/// A Slurm task costs about two seconds of its slot (README.md): 2 % of this.
+const LEAST_TASK_S: f64 = 120.0;
+/// Tasks that are kept however short they are, so that many cores have work.
+const KEPT_TASKS: usize = 100;
 /// Results that are looked at for time and memory.
 const LOOKED_AT: usize = 20;
 
@@ -63,9 +67,14 @@ pub fn units_of_task(task: usize, per_task: usize, count: usize) -> std::ops::Ra
     (task.saturating_sub(1) * per_task + 1)..=(task * per_task).min(count)
 }
 
-/// Units of one task, so that there are not too many tasks.
-pub fn per_task(units: usize) -> usize {
-    units.div_ceil(MOST_TASKS).max(1)
+/// Units of one task: so many that there are not too many tasks, and that a scheduler's own time is small against a task's.
+pub fn per_task(engine: Engine, units: usize, seconds: f64) -> usize {
+    let fewest = units.div_ceil(MOST_TASKS).max(1);
+    if engine != Engine::Slurm {
+        return fewest;
+    }
+    let wanted = (LEAST_TASK_S / seconds.max(1e-3)).ceil() as usize;
+    wanted.clamp(fewest, fewest.max(units.div_ceil(KEPT_TASKS)))
 }
 
 /// Tasks that have a unit without a result.
@@ -238,7 +247,11 @@ mod tests {
             assert_eq!(all, (1..=count).collect::<Vec<_>>());
         }
         assert!(units_of_task(9, 3, 10).is_empty());
-        assert_eq!((per_task(1000), per_task(1001), per_task(100_000)), (1, 2, 100));
+        let hyperqueue = |units| per_task(Engine::Hyperqueue, units, 10.0);
+        assert_eq!((hyperqueue(1000), hyperqueue(1001), hyperqueue(100_000)), (1, 2, 100));
+        // Two seconds of Slurm's beside ten of a unit are too many, unless there are few units.
+        let slurm = |units, seconds| per_task(Engine::Slurm, units, seconds);
+        assert_eq!((slurm(5000, 10.0), slurm(300, 10.0), slurm(5000, 600.0)), (12, 3, 5));
     }
 
     fn count_tasks(count: usize, k: usize) -> usize {
