@@ -12,7 +12,7 @@ use crate::study::{Plan, Question, Unit, gather, ranges, status};
 use clap::{Args, Subcommand, ValueHint};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Ask the same of many specimens, on this machine or on a cluster.
@@ -265,11 +265,9 @@ fn work_all(plan: &Plan, jobs: usize, again: bool, stop: &Arc<AtomicBool>) -> Cl
     let cores = std::thread::available_parallelism().map_or(1, Into::into);
     let at_a_time = if jobs > 0 { jobs } else { cores };
     let progress = Progress::of_runs(numbers.len() as u64);
-    let failed = AtomicUsize::new(0);
     let told = |unit: &Unit, ended: &Ended| {
         progress.advance();
         if is_failure(ended) {
-            failed.fetch_add(1, Ordering::Relaxed);
             tell(unit, ended);
         }
     };

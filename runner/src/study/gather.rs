@@ -14,6 +14,7 @@ const TABLE: &str = "table.csv";
 const COLUMNS: &str = "table.parquet";
 /// Specimens whose curves stand on the page; of more, those with the largest chi^2.
 const MOST_CURVES: usize = 200;
+
 /// One row of the table.
 pub struct Row {
     /// What was asked.
