@@ -26,6 +26,7 @@ pub mod noise;
 
 pub mod output;
 pub mod package;
+pub mod parameter_set;
 pub mod pool;
 pub mod report;
 pub mod score;
