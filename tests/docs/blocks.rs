@@ -73,5 +73,8 @@ fn blocks_have_their_marks_and_lines() {
     assert_eq!(found.len(), 2);
     assert_eq!((found[0].line, found[0].mark, found[0].code.as_str()), (3, Mark::None, "one\n"));
     let b = &found[1];
-    assert_eq!((b.line, b.mark, b.reason.as_str(), b.code.as_str()), (7, Mark::Long, "why not", "two\n\nthree\n"));
+    assert_eq!(
+        (b.line, b.mark, b.reason.as_str(), b.code.as_str()),
+        (7, Mark::Long, "why not", "two\n\nthree\n")
+    );
 }

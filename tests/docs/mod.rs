@@ -123,7 +123,17 @@ fn importers() {
     let environment = folder.path().join("environment");
     succeed(Command::new(python()).args(["-m", "venv", "--system-site-packages"]).arg(&environment));
     let bin = environment.join("bin");
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "fmpy==0.3.32", "libcosimpy", "ecospy", "tbb"];
+    let install = [
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+        "fmpy==0.3.32",
+        "libcosimpy",
+        "ecospy",
+        "tbb",
+    ];
     succeed(Command::new(bin.join("python")).args(install));
     let place = Place::new(&[bin, folder.path().join("bin")], place.packages);
     run_page("runner/docs/pages/fmi.md", &place, &[Mark::Importers], Some(Mark::Importers));
@@ -188,7 +198,10 @@ fn a_dead_link_is_an_error() {
         std::fs::write(pages.join("index.md"), format!("# A\n\n{text}\n")).unwrap();
         let mut command = Command::new(python());
         command.args(["-m", "mkdocs", "build", "--strict", "--quiet", "--config-file"]);
-        command.arg(folder.path().join("runner/docs/mkdocs.yml")).arg("--site-dir").arg(folder.path().join("site"));
+        command
+            .arg(folder.path().join("runner/docs/mkdocs.yml"))
+            .arg("--site-dir")
+            .arg(folder.path().join("site"));
         command.env("POROPUNCH_PROGRAM", env!("CARGO_BIN_EXE_runner")).env("POROPUNCH_NAVIGATION", "no");
         let output = command.output().unwrap();
         assert_eq!(output.status.code(), code, "{text}: {}", String::from_utf8_lossy(&output.stderr));

@@ -67,8 +67,14 @@ fn short_reports() {
     let plug = "data/measured/cartilage_unconfined_ramp1.csv";
     let geometry = ["--set", "geometry.punch_radius=2mm"];
     same("inspect", &said(d.path(), &["inspect", p2, "--out", "inspected"]));
-    same("inspect-plug", &said(d.path(), &["inspect", plug, "--zero", "first", "--tare", "first", "--out", "plug"]));
-    same("published", &said(d.path(), &["diagnose", "--published", "data/published/measured.csv", "--out", "published"]));
+    same(
+        "inspect-plug",
+        &said(d.path(), &["inspect", plug, "--zero", "first", "--tare", "first", "--out", "plug"]),
+    );
+    same(
+        "published",
+        &said(d.path(), &["diagnose", "--published", "data/published/measured.csv", "--out", "published"]),
+    );
     let simulate = [["simulate", "P2", "--mesh", "coarse"].as_slice(), &geometry].concat();
     same("simulate", &without_numbers(&said(d.path(), &simulate)));
     let validate = [["validate", p2, "--mesh", "coarse"].as_slice(), &geometry].concat();

@@ -28,10 +28,11 @@ pub fn reference_files() -> Result<Vec<(String, Vec<u8>)>, FmiError> {
     let description = ModelDescription::parse(&xml())?;
     let parameters = Wiring::new(&description, &Names::default()).ok().map(|wiring| {
         let named = variables::identifiable().map(|(v, _)| v.name);
-        let geometry = wiring.parameters.keys().map(String::as_str).filter(|name| name.starts_with("geometry."));
-        let values = named.chain(geometry).filter_map(|name| {
-            Some((name.to_owned(), wiring.parameters.get(name)?.start_number()?))
-        });
+        let geometry =
+            wiring.parameters.keys().map(String::as_str).filter(|name| name.starts_with("geometry."));
+        let values = named
+            .chain(geometry)
+            .filter_map(|name| Some((name.to_owned(), wiring.parameters.get(name)?.start_number()?)));
         ssv("Table 1", &wiring, &values.collect())
     });
     let file = |name: &str, contents: Vec<u8>| (format!("{FOLDER}/{name}"), contents);
@@ -69,7 +70,8 @@ fn manifest(x: &mut Xml) -> io::Result<()> {
     ];
     root.write_inner_content(|x| {
         for (kind, source, role, description) in related {
-            let attributes = [("type", kind), ("source", source), ("role", role), ("description", description)];
+            let attributes =
+                [("type", kind), ("source", source), ("role", role), ("description", description)];
             x.create_element("Related").with_attributes(attributes).write_empty()?;
         }
         Ok(())

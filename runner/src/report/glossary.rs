@@ -9,7 +9,9 @@ const PAGE: &str = include_str!("../../docs/pages/glossary.md");
 /// Terms and what they mean, one paragraph each.
 fn terms() -> impl Iterator<Item = (&'static str, &'static str)> {
     let sections = PAGE.split("\n### ").skip(1);
-    sections.filter_map(|section| section.split_once('\n')).map(|(term, meaning)| (term.trim(), meaning.trim()))
+    sections
+        .filter_map(|section| section.split_once('\n'))
+        .map(|(term, meaning)| (term.trim(), meaning.trim()))
 }
 
 /// The glossary, folded.
@@ -35,7 +37,10 @@ mod tests {
     #[test]
     fn every_word_of_the_page_has_its_meaning() {
         let all: Vec<_> = terms().collect();
-        assert!(all.len() >= 12 && all.iter().all(|(term, meaning)| term.len() < 20 && meaning.ends_with('.')), "{all:?}");
+        assert!(
+            all.len() >= 12 && all.iter().all(|(term, meaning)| term.len() < 20 && meaning.ends_with('.')),
+            "{all:?}"
+        );
         assert!(all.iter().any(|(term, _)| *term == "evidence"), "{all:?}");
     }
 }
