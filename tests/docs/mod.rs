@@ -207,3 +207,28 @@ fn a_dead_link_is_an_error() {
         assert_eq!(output.status.code(), code, "{text}: {}", String::from_utf8_lossy(&output.stderr));
     }
 }
+
+/// Each equation of the theory stands beside the file that holds it: the file names its number.
+#[test]
+fn theory_names_the_files_of_its_equations() {
+    let page = "runner/docs/pages/theory.md";
+    let text = std::fs::read_to_string(repository(page)).unwrap();
+    let mut seen = 0;
+    for section in text.split("\n## ").skip(1) {
+        let Some((_, numbers)) = section.lines().next().unwrap().split_once("(Eq") else { continue };
+        let link = section.split_once("](").unwrap().1.split(')').next().unwrap();
+        let file = repository(page).parent().unwrap().join(link);
+        let source = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        // `Eqs. 8, 9, 12` names three.
+        let named: String =
+            source.split("Eq").skip(1).filter_map(|part| part.split([')', ':', '`']).next()).collect();
+        let digits = |text: &str| -> Vec<u32> {
+            text.split(|c: char| !c.is_ascii_digit()).filter_map(|n| n.parse().ok()).collect()
+        };
+        for number in digits(numbers) {
+            assert!(digits(&named).contains(&number), "{link} does not name Eq. {number}");
+            seen += 1;
+        }
+    }
+    assert!(seen >= 10, "{seen}");
+}
