@@ -33,7 +33,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// Measurements to fit: CSV files with time_s,displacement_mm,force_mN; or a directory with one file per
-    /// specimen of a test; or NAME=FILE,FILE,... (see the README)
+    /// specimen of a test; or NAME=FILE,FILE,... (see the documentation)
     #[arg(value_name = "MEASUREMENT", required_unless_present_any = ["resume", "job"])]
     measurements: Vec<PathBuf>,
     /// Measurements to predict with the fitted parameters, not to fit
