@@ -23,11 +23,11 @@ pub mod identification;
 pub mod inference;
 pub mod inspection;
 pub mod noise;
-
 pub mod output;
 pub mod package;
 pub mod parameter_set;
 pub mod pool;
+pub mod processor;
 pub mod report;
 pub mod score;
 pub mod setting;
