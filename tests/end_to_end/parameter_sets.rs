@@ -94,7 +94,7 @@ fn complaints_name_file_parameter_unit_and_remedy() {
     for part in ["left out: engine.speed", "geometry.sample_height = 0.008 m"] {
         assert!(said.contains(part), "no {part} in {said}");
     }
-    let said = refuse(2, &["validate", "P2.csv", "--parameters", text(&d.path().join("none.ssv"))]);
+    let said = refuse(2, &["simulate", "P2", "--parameters", text(&d.path().join("none.ssv"))]);
     assert!(said.contains("cannot be read"), "{said}");
     assert!(!d.path().join("x.csv").exists());
 }
