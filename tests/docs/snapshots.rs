@@ -49,7 +49,8 @@ fn help() {
 /// Numbers may differ in their last digit from one processor to another, and lines break elsewhere then; what is said of them must not.
 fn without_numbers(said: &str) -> String {
     let word = |w: &str| {
-        let number = w.rsplit('^').next().unwrap_or(w).trim_matches(['[', ']', ',', ';', '(', ')', '%', ':']);
+        let number =
+            w.rsplit('^').next().unwrap_or(w).trim_matches(['[', ']', ',', ';', '(', ')', '%', ':', '.']);
         let is_number = number.contains(|c: char| c.is_ascii_digit()) && number.parse::<f64>().is_ok();
         if is_number { w.replace(number, "#") } else { w.to_owned() }
     };
