@@ -2,6 +2,7 @@
 //!
 //! It belongs to the package `runner`, so that cargo builds the command line and the FMU's library before it.
 
+mod docs;
 mod end_to_end;
 mod fmi;
 mod verification;

@@ -18,6 +18,8 @@ MODULES = [
     ("inspection", "inspection", "what `poropunch inspect` reads"),
     ("diagnosis", "diagnosis", "what `poropunch diagnose` finds"),
 ]
+# Of types that several of them have alike.
+SHARED = "shared"
 PLAIN = {"string": "str", "number": "float", "integer": "int", "boolean": "bool", "object": "dict[str, Any]"}
 
 
@@ -70,9 +72,20 @@ def dataclass(name, schema):
     return "\n".join(lines) + "\n"
 
 
-def module(schema, what):
-    definitions = dict(schema["$defs"])
-    definitions[schema["title"]] = schema
+def definitions(schema):
+    return {**schema["$defs"], schema["title"]: schema}
+
+
+def shared(schemas):
+    """Definitions that several schemas have, the same in all of them: those of one name that differ stay where they are."""
+    all_of = {}
+    for schema in schemas:
+        for name, of in definitions(schema).items():
+            all_of.setdefault(name, []).append(of)
+    return {name: of[0] for name, of in all_of.items() if len(of) > 1 and all(other == of[0] for other in of)}
+
+
+def module(definitions, what, imported=()):
     choices = {n: s for n, s in definitions.items() if "oneOf" in s and is_choice(s)}
     tagged = {n: s for n, s in definitions.items() if "oneOf" in s and not is_choice(s)}
     objects = {n: s for n, s in definitions.items() if "oneOf" not in s}
@@ -81,6 +94,7 @@ def module(schema, what):
         "from __future__ import annotations\n\n"
         "from dataclasses import dataclass, field\n"
         "from typing import Any, Literal, Optional\n"
+        + (f"\nfrom .{SHARED} import {', '.join(sorted(imported))}\n" if imported else "")
     ]
     parts += [choice(name, s) for name, s in sorted(choices.items())]
     parts += [f"#: {one_line(s['description'])}\n{name} = dict[str, Any]\n" for name, s in sorted(tagged.items())]
@@ -90,8 +104,14 @@ def module(schema, what):
 
 def main():
     stale = []
-    for schema, name, what in MODULES:
-        text = module(json.loads((SCHEMAS / f"{schema}.schema.json").read_text(encoding="utf-8")), what)
+    schemas = {name: json.loads((SCHEMAS / f"{schema}.schema.json").read_text(encoding="utf-8")) for schema, name, _ in MODULES}
+    common = shared(schemas.values())
+    texts = {SHARED: module(common, "what several results have alike")}
+    for _, name, what in MODULES:
+        own = definitions(schemas[name])
+        rest = {n: of for n, of in own.items() if n not in common}
+        texts[name] = module(rest, what, own.keys() & common.keys())
+    for name, text in texts.items():
         file = RESULTS / f"{name}.py"
         if "--check" not in sys.argv:
             file.write_text(text, encoding="utf-8")

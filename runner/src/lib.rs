@@ -25,6 +25,7 @@ pub mod inspection;
 pub mod noise;
 pub mod output;
 pub mod package;
+pub mod parameter_set;
 pub mod pool;
 pub mod processor;
 pub mod report;

@@ -179,12 +179,12 @@ fn geometry_and_units_are_understood() {
     assert!(error.contains("line 2: `geometry.punch_radius`") || error.contains("has no unit"), "{error}");
 }
 
-/// Goal: the README's example is understood. Set-up: its measurements are not there, which is told after the fields are checked.
+/// Goal: the documentation's example is understood. Set-up: its measurements are not there, which is told after the fields are checked.
 #[test]
-fn the_readmes_job_is_understood() {
+fn the_documented_job_is_understood() {
     let d = directory();
-    let readme = std::fs::read_to_string(repository("README.md")).unwrap();
-    let example = readme.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let page = std::fs::read_to_string(repository("runner/docs/pages/own-data.md")).unwrap();
+    let example = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
     let file = d.path().join("poropunch.toml");
     std::fs::write(&file, example).unwrap();
     for command in ["identify", "diagnose", "inspect"] {

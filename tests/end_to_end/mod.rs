@@ -17,6 +17,7 @@ mod lab_files;
 mod mutated;
 mod nothing_silent;
 mod own_fmu;
+mod parameter_sets;
 pub(crate) mod program;
 mod recovery;
 mod speech;

@@ -1,6 +1,6 @@
 //! A. The archive: valid, complete, reproducible, and the lint that finds what validators miss.
 
-use super::support::{archive, fmu, python};
+use super::support::{archive, fmu, get, initialise, python};
 use poropunch::model_description::{guid, xml};
 use runner::fmi::builtin_library;
 use runner::package::{lint, lint_description, write_archive};
@@ -125,6 +125,7 @@ fn has_everything_and_is_the_same_byte_for_byte() {
         "documentation/licenses/license.txt",
         "documentation/licenses/third-party.txt",
         "binaries/linux64/poropunch.so",
+        "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml",
     ] {
         assert!(names.iter().any(|name| name == expected), "{expected} is missing in {names:?}");
     }
@@ -142,4 +143,39 @@ fn the_binary_exports_the_34_functions_and_nothing_else() {
     let exports: Vec<_> = text.lines().filter_map(|line| line.split_whitespace().nth(2)).collect();
     assert_eq!(exports.len(), 34, "{exports:?}");
     assert!(exports.iter().all(|name| name.starts_with("fmi2")), "{exports:?}");
+}
+
+/// The default run as the archive's own reference has it. Tolerance: the reference has nine digits, processors differ in the last ones.
+#[test]
+fn the_reference_run_is_current_and_all_it_names_is_there() {
+    let folder = "extra/org.fmi-standard.fmi-ls-ref";
+    let mut zip = zip::ZipArchive::new(std::fs::File::open(archive()).unwrap()).unwrap();
+    let mut read = |name: &str| {
+        let mut text = String::new();
+        zip.by_name(&format!("{folder}/{name}"))
+            .unwrap_or_else(|e| panic!("{name}: {e}"))
+            .read_to_string(&mut text)
+            .unwrap();
+        text
+    };
+    for document in ["fmi-ls-manifest.xml", "experiments.xml"] {
+        let text = read(document);
+        let xml = roxmltree::Document::parse(&text).unwrap();
+        let sources: Vec<_> = xml.descendants().filter_map(|node| node.attribute("source")).collect();
+        assert!(sources.len() >= 2, "{text}");
+        sources.into_iter().for_each(|source| assert!(!read(source).is_empty(), "{source}"));
+    }
+    let stale = "stale: cdylib/resources/reference.py tells how to write it anew";
+    let table = read("P2.csv");
+    let rows = table.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect());
+    let rows: Vec<Vec<f64>> = rows.collect();
+    let mut instance = fmu().instantiate("reference").unwrap();
+    initialise(&mut instance, None);
+    let peak = rows.iter().map(|row| row[2]).fold(0.0, f64::max);
+    for pair in rows.windows(2) {
+        instance.do_step(pair[0][0], pair[1][0] - pair[0][0]).unwrap();
+        let force = get(&mut instance, "force");
+        assert!((force - pair[1][2]).abs() < 1e-6 * peak, "{force} at {pair:?}: {stale}");
+    }
+    assert_eq!(rows.last().unwrap()[0], fmu().description().default_experiment.stop_time.unwrap(), "{stale}");
 }

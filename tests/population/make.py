@@ -10,6 +10,7 @@ moduli of the second group are 1.35 times larger.
 import csv
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-RUNNER = os.environ.get("RUNNER", str(ROOT / "target/release/runner"))
+RUNNER = os.environ.get("RUNNER") or shutil.which("poropunch") or str(ROOT / "target/release/runner")
 MOTION = ROOT / "data/measurement/table1-one-cycle/P2.csv"
 NOISE_MN = 0.02
 RATIO = 1.35

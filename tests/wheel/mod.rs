@@ -10,12 +10,12 @@ use runner::fmi::builtin_library;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-fn python() -> PathBuf {
+pub(crate) fn python() -> PathBuf {
     std::env::var_os("POROPUNCH_PYTHON").map_or_else(|| repository(".venv/bin/python"), Into::into)
 }
 
 /// Runs to the end and demands success; returns what it printed.
-fn succeed(command: &mut Command) -> String {
+pub(crate) fn succeed(command: &mut Command) -> String {
     let output = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}; tests/run installs it"));
     let [said, error] =
         [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
@@ -24,7 +24,7 @@ fn succeed(command: &mut Command) -> String {
 }
 
 /// The package with what cargo built for this test, but without the extension module.
-fn staged(folder: &Path) {
+pub(crate) fn staged(folder: &Path) {
     let package = repository("runner/python/poropunch");
     for part in ["", "results"] {
         let to = folder.join("poropunch").join(part);
@@ -69,4 +69,39 @@ fn the_wheel_from_a_fresh_environment() {
     let mut test = Command::new(bin.join("python"));
     test.arg(repository("tests/wheel/python/wheel.py")).arg(repository("data"));
     println!("{}", succeed(test.current_dir(folder.path())));
+}
+
+/// Executes a notebook of the package in a directory that has the repository's folders.
+fn notebook(name: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    staged(folder.path());
+    for link in ["data", "tests"] {
+        std::os::unix::fs::symlink(repository(link), folder.path().join(link)).unwrap();
+    }
+    let bin = folder.path().join("bin");
+    std::fs::create_dir(&bin).unwrap();
+    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_runner"), bin.join("poropunch")).unwrap();
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::env::join_paths(std::iter::once(bin).chain(std::env::split_paths(&path))).unwrap();
+    let mut test = Command::new(python());
+    test.arg(repository("tests/wheel/python/notebook.py"));
+    test.arg(repository(&format!("runner/python/notebooks/{name}.ipynb")));
+    succeed(test.env("PATH", path).env("PYTHONPATH", folder.path()).current_dir(folder.path()));
+}
+
+#[test]
+fn notebook_own_data() {
+    notebook("own_data");
+}
+
+#[test]
+#[ignore = "long: a diagnosis, a minute of CPU"]
+fn notebook_gap() {
+    notebook("gap");
+}
+
+#[test]
+#[ignore = "long: a study of twelve specimens, a minute of CPU"]
+fn notebook_population() {
+    notebook("population");
 }

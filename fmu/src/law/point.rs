@@ -1,4 +1,4 @@
-//! The whole solid skeleton at one integration point.
+//! The whole solid skeleton at one integration point: all of the stress (Eq. 7) but the pore pressure.
 
 use super::branch::Branch;
 use super::darcy::Darcy;

@@ -145,10 +145,6 @@ def identify(
     validate: Optional[Measurements] = None,
     out: Folder = None,
     progress: Progress = None,
-    set: Optional[Mapping[str, Any]] = None,
-    fix: Optional[Mapping[str, Any]] = None,
-    start: Optional[Mapping[str, Any]] = None,
-    bounds: Optional[Mapping[str, Any]] = None,
     **options: Any,
 ) -> Identification:
     """Material parameters from measurements.
@@ -158,10 +154,10 @@ def identify(
       dict. Displacement and force are positive into the sample, displacement 0 at its surface.
     - `out`: directory for the page, the tables and the cache of runs; without it nothing is kept but what is returned.
     - `progress`: True for a line on standard error, or a function that is called with each event (a dict).
-    - `set`, `fix`, `start`, `bounds`: by the parameters' names; numbers are SI, texts have units, bounds are pairs of numbers or texts
-      like "100:1e5Pa.s".
-    - All other options of `poropunch identify --help` by their names with `_` for `-`: `mesh="coarse"`, `starts=4`, `zero="contact"`,
-      `profile=["G_1", "tau_2"]`, `posterior=True`, `resume=True` with `out`.
+    - All options of `poropunch identify --help` by their names with `_` for `-`: `mesh="coarse"`, `starts=4`, `zero="contact"`,
+      `profile=["G_1", "tau_2"]`, `posterior=True`, `parameters="set.ssv"`, `resume=True` with `out`. Those of the form NAME=VALUE are
+      dicts, `set={"geometry.punch_radius": "2 mm"}`, as are `fix`, `start`, `bounds`: numbers are SI, texts have units, bounds are pairs
+      of numbers or texts like "100:1e5Pa.s".
 
     Ctrl-C (in a notebook: stop) ends it; with `out`, `resume=True` goes on from there.
 
@@ -178,8 +174,7 @@ def identify(
     >>> round(float(found.derived.value["G_inf"]), -1)  # Pa; 234 went in
     230.0
     """
-    named = {"set": set, "fix": fix, "start": start, "bounds": bounds}
-    report, said, page = _run("identify", measurements, out, progress, {"validate": validate}, named | options, "report.html")
+    report, said, page = _run("identify", measurements, out, progress, {"validate": validate}, options, "report.html")
     found = Identification(read(identification.FitReport, report), said, page)
     if not found.converged:
         warnings.warn(f"the fit did not converge: {found.report.fit.stop_text}", _program.PoropunchWarning, stacklevel=2)
@@ -191,9 +186,6 @@ def diagnose(
     *,
     out: Folder = None,
     progress: Progress = None,
-    set: Optional[Mapping[str, Any]] = None,
-    fix: Optional[Mapping[str, Any]] = None,
-    start: Optional[Mapping[str, Any]] = None,
     **options: Any,
 ) -> Diagnosis:
     """Which unmodelled effect explains what the best fit misses.
@@ -201,8 +193,7 @@ def diagnose(
     Arguments, warnings and errors as `identify`; other options as `poropunch diagnose --help` tells, e.g. `quick=True`,
     `mesh="coarse"`. Give all tests and cycles you have.
     """
-    named = {"set": set, "fix": fix, "start": start}
-    report, said, page = _run("diagnose", measurements, out, progress, {}, named | options, "diagnosis.html")
+    report, said, page = _run("diagnose", measurements, out, progress, {}, options, "diagnosis.html")
     return Diagnosis(read(diagnosis.Diagnosis, report), said, page)
 
 

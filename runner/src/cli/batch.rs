@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let motion = motion(&arguments.protocol, None, arguments.points, &Reading::default())?;
     let cache = arguments.out.join("cache");
     let engine = arguments.engine.engine(&arguments.record, false, Some(cache), &call.stop)?;
-    let common = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    let common = settings_from(engine.wiring(), &arguments.engine.settings(engine.wiring())?)?;
     let sets = ParameterSets::open(&arguments.sets, &engine)?;
     let assumed = assumed::say_before(&assumed::of(&engine, &common, &sets.parameters()));
     let folder = Folder::begin(&arguments.out, "batch")?;

@@ -113,7 +113,7 @@ const NUMERICS: [&str; 3] =
 fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
     let engine = arguments.engine.engine(&[], true, None, stop)?;
     let own = NUMERICS.iter().map(|s| (*s).to_owned());
-    let settings: Vec<String> = own.chain(arguments.engine.settings()).collect();
+    let settings: Vec<String> = own.chain(arguments.engine.settings(engine.wiring())?).collect();
     let key = arguments.key.clone().unwrap_or_else(|| arguments.out.with_extension("key.json"));
     let plan = Plan {
         seed: arguments.seed,

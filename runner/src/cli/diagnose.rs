@@ -127,7 +127,7 @@ fn ratios_of(file: &Path, arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliR
     protect(file);
     let lines = published::read(file)?;
     let engine = arguments.engine.engine(&[], false, None, stop)?;
-    let parameters = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    let parameters = settings_from(engine.wiring(), &arguments.engine.settings(engine.wiring())?)?;
     let run = |trapezoid: Trapezoid| -> Result<_, ProtocolError> {
         let protocol = trapezoid.first_hold()?;
         let time_s = vec![protocol.points()[1].0, protocol.end_time()].into();
@@ -178,7 +178,7 @@ pub fn diagnosis_of(
     let engine = arguments.engine.engine(&[], true, Some(cache), stop)?;
     let declared = declared(engine.wiring(), &arguments.effect)?;
     let mut requests = Requests {
-        set: arguments.engine.settings(),
+        set: arguments.engine.settings(engine.wiring())?,
         free: arguments.free.clone(),
         bounds: arguments.bounds.clone(),
         fix: arguments.fix.clone(),

@@ -4,6 +4,8 @@ use super::terminal;
 use crate::data::Measurement;
 use crate::engine::{Engine, EngineError, EngineOptions};
 use crate::inference::{Requests, Unknowns};
+use crate::parameter_set::{ParameterSet, ParameterSetError};
+use crate::pool::Wiring;
 use crate::pool::wiring::Names;
 use clap::Args;
 use poropunch::variables::{self, Causality, Kind, Variable};
@@ -28,6 +30,10 @@ pub struct EngineArguments {
     /// Parameter that is not fitted, e.g. material.permeability=2.3e-9mm^2 (repeatable; all in --help)
     #[arg(long = "set", value_name = "NAME=VALUE[UNIT]")]
     pub set: Vec<String>,
+    /// Parameter set of such values: an SSV file (System Structure Parameter Values), as other FMI tools and `identify` write it
+    /// (repeatable; a later one wins, --set wins over all)
+    #[arg(long, value_name = "FILE")]
+    pub parameters: Vec<PathBuf>,
     /// Mesh: coarse, standard or fine (the same as --set mesh.preset=...), or paper-3d, the paper's
     /// three-dimensional model (--set mesh.kind=paper-3d): minutes instead of seconds, 2 GB per job
     #[arg(long, value_name = "PRESET")]
@@ -54,11 +60,13 @@ impl EngineArguments {
         let (input, output) = (self.input.clone(), self.output.clone());
         let names = Names { input, output, extra: extra.to_vec(), sensitivities, ..Names::default() };
         let engine = self.engine_of(names.clone(), cache.clone(), stop)?;
+        self.show_notes(engine.wiring());
         if !sensitivities {
             return Ok(engine);
         }
-        let requests = Requests { set: self.settings(), ..Requests::default() };
         // Settings that cannot be used are the caller's to report.
+        let Ok(set) = self.settings(engine.wiring()) else { return Ok(engine) };
+        let requests = Requests { set, ..Requests::default() };
         let refused = Unknowns::new(engine.wiring(), engine.is_own(), &requests)
             .is_ok_and(|p| !engine.offers_derivatives(&p.settings(p.start())));
         if refused {
@@ -81,13 +89,27 @@ impl EngineArguments {
         Engine::new(&EngineOptions { fmu, names, workers: self.jobs, cache, stop })
     }
 
-    /// Everything that is set, `--mesh` included.
-    pub fn settings(&self) -> Vec<String> {
+    /// Tells what was read leniently in the parameter sets; those that cannot be read are for [`Self::settings`] to report.
+    pub fn show_notes(&self, wiring: &Wiring) {
+        let sets = self.parameters.iter().filter_map(|file| ParameterSet::read(file).ok());
+        sets.flat_map(|set| set.notes(wiring)).for_each(|note| terminal::note(&note));
+    }
+
+    /// Everything that is set, parameter sets and `--mesh` included.
+    ///
+    /// # Errors
+    /// A parameter set that cannot be used.
+    pub fn settings(&self, wiring: &Wiring) -> Result<Vec<String>, ParameterSetError> {
+        let mut settings = Vec::new();
+        for file in &self.parameters {
+            settings.extend(ParameterSet::read(file)?.settings(wiring)?);
+        }
         let mesh = self.mesh.iter().map(|mesh| match mesh.as_str() {
             kind @ ("paper-3d" | "axisymmetric") => format!("mesh.kind={kind}"),
             preset => format!("mesh.preset={preset}"),
         });
-        mesh.chain(self.set.iter().cloned()).collect()
+        settings.extend(mesh.chain(self.set.iter().cloned()));
+        Ok(settings)
     }
 }
 

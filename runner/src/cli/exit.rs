@@ -7,6 +7,7 @@ pub use crate::exit_code::{DATA_REFUSED, NOT_CONVERGED, STOPPED, USAGE};
 use crate::identification::SettingsError;
 use crate::inference::ParameterError;
 use crate::noise::ObservationError;
+use crate::parameter_set::ParameterSetError;
 use crate::setting::SettingError;
 use crate::study::StudyError;
 use std::error::Error;
@@ -32,7 +33,11 @@ pub fn code_of(error: &(dyn Error + 'static)) -> u8 {
     if error.is::<DataError>() || error.is::<RefusedData>() {
         return DATA_REFUSED;
     }
-    if error.is::<UsageError>() || error.is::<SettingError>() || error.is::<ParameterError>() {
+    if error.is::<UsageError>()
+        || error.is::<SettingError>()
+        || error.is::<ParameterSetError>()
+        || error.is::<ParameterError>()
+    {
         return USAGE;
     }
     if let Some(error) = error.downcast_ref::<ObservationError>() {

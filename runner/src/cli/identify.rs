@@ -22,6 +22,7 @@ use crate::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use crate::inference::{Requests, Setup, Unknowns};
 use crate::noise::{Observation, ObservationError, Uncertainty, Weights, check};
 use crate::output::{Folder, json};
+use crate::parameter_set::ssv;
 use crate::report::Setting;
 use crate::setting::settings_from;
 use clap::Args;
@@ -32,13 +33,13 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// Measurements to fit: CSV files with time_s,displacement_mm,force_mN; or a directory with one file per
-    /// specimen of a test; or NAME=FILE,FILE,... (see the README)
+    /// specimen of a test; or NAME=FILE,FILE,... (see the documentation)
     #[arg(value_name = "MEASUREMENT", required_unless_present_any = ["resume", "job"])]
     measurements: Vec<PathBuf>,
     /// Measurements to predict with the fitted parameters, not to fit
     #[arg(long, value_name = "MEASUREMENT", num_args = 1..)]
     validate: Vec<PathBuf>,
-    /// Directory for result.json, parameters.csv, curves.csv and report.html
+    /// Directory for result.json, parameters.csv, parameters.ssv, curves.csv and report.html
     #[arg(long, short, value_name = "DIR", default_value = "identification")]
     out: PathBuf,
     /// Where runs are kept [default: DIR/cache]
@@ -80,7 +81,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let mut fitted = observations(tests, height)?;
     let validation = fitted.split_off(arguments.measurements.len());
     let doubts: Vec<String> = fitted.iter().flat_map(|o| o.measurement.doubts()).collect();
-    let mut requests = fit.requests(arguments.engine.settings());
+    let mut requests = fit.requests(arguments.engine.settings(engine.wiring())?);
     let start = start(&engine, &fitted, &requests, 0..=MOST_BRANCHES)?;
     if let Some((start, mentioned)) = &start {
         requests.defaults = start.defaults(*mentioned);
@@ -146,7 +147,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         posterior: fit.posterior.then(|| SamplePlan { seed: fit.seed, ..SamplePlan::default() }),
         evaluations: plan.evaluations,
         command: call.command(),
-        settings: kept_settings(arguments, start.as_ref().map(|s| &s.0)),
+        settings: kept_settings(arguments, &requests.set, start.as_ref().map(|s| &s.0)),
         nuisances: rows,
         seconds: started.elapsed().as_secs_f64(),
     };
@@ -157,6 +158,8 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         say!("{assumed}");
     }
     folder.write(RESULT, &json(&folder.path().join(RESULT), &report)?)?;
+    folder.write(PARAMETERS, ssv(&report.title, engine.wiring(), &found.values).as_bytes())?;
+    say!("wrote {PARAMETERS} as well: `--parameters` and other FMI tools read it");
     for reason in missing {
         terminal::warning(&reason);
     }
@@ -173,6 +176,8 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     })
 }
 
+/// Everything that the fitted model was run with.
+const PARAMETERS: &str = "parameters.ssv";
 /// Outputs wanted beside the force.
 const RECORDED: [&str; 2] = ["force_solid", "force_fluid"];
 
@@ -202,7 +207,7 @@ pub(super) fn sample_height(
     arguments: &EngineArguments,
 ) -> Result<Option<f64>, Box<dyn std::error::Error>> {
     const NAME: &str = "geometry.sample_height";
-    let set = settings_from(engine.wiring(), &arguments.settings())?;
+    let set = settings_from(engine.wiring(), &arguments.settings(engine.wiring())?)?;
     let start = || engine.wiring().parameters.get(NAME).and_then(crate::fmi::ScalarVariable::start_number);
     Ok(set.get(NAME).copied().or_else(start))
 }
@@ -263,7 +268,7 @@ fn check_derivatives(engine: &Engine, unknowns: &Unknowns) -> Result<(), String>
 }
 
 /// What a reader of the report needs to repeat the fit.
-fn kept_settings(arguments: &Arguments, start: Option<&Start>) -> Vec<Setting> {
+fn kept_settings(arguments: &Arguments, set: &[String], start: Option<&Start>) -> Vec<Setting> {
     let fit = &arguments.fit;
     let mut kept = vec![
         ("starts", fit.starts.to_string()),
@@ -272,7 +277,7 @@ fn kept_settings(arguments: &Arguments, start: Option<&Start>) -> Vec<Setting> {
         ("finite-difference step", fit.fd_step.to_string()),
     ];
     kept.extend(start.map(|s| ("start from the data", s.in_words())));
-    kept.extend(arguments.engine.settings().into_iter().map(|s| ("set", s)));
+    kept.extend(set.iter().map(|s| ("set", s.clone())));
     kept.extend(fit.weight.iter().map(|w| ("weight", w.clone())));
     kept.into_iter().map(|(name, value)| Setting { name: name.to_owned(), value }).collect()
 }

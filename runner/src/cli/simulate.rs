@@ -119,13 +119,15 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         ..Names::default()
     };
     let engine = single.engine_of(names, None, stop)?;
+    single.show_notes(engine.wiring());
     for name in &arguments.record {
         let recorded = engine.wiring().outputs.iter().any(|p| asks_for(name, &p.name));
         if !recorded && engine.is_own() {
             return Err(format!("the FMU has no real output `{name}` (--record)").into());
         }
     }
-    let mut parameters = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    let settings = arguments.engine.settings(engine.wiring())?;
+    let mut parameters = settings_from(engine.wiring(), &settings)?;
     parameters.extend(arguments.fields.parameters());
     if engine.wiring().outputs.iter().any(|p| p.name.starts_with(sensitivities::PREFIX)) {
         parameters.entry(sensitivities::SWITCH.to_owned()).or_insert(1.0);
@@ -146,8 +148,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     };
 
     let (csv, svg) = (with_suffix(&base, "csv"), with_suffix(&base, "svg"));
-    let settings = arguments.engine.settings().join(" ");
-    let comment = format!("{} simulated by {} {}", motion.name, engine.model_name(), settings);
+    let comment = format!("{} simulated by {} {}", motion.name, engine.model_name(), settings.join(" "));
     write_file(&csv, curve_csv(&curve, &[comment.trim().to_owned()]).as_bytes())?;
     write_file(&svg, force_plot(&motion.name, &curve).as_bytes())?;
     let forces = curve.time_s.iter().zip(curve.force_n());

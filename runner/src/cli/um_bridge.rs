@@ -56,8 +56,9 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let (input, output) = (engine.input.clone(), engine.output.clone());
     let names = Names { input, output, sensitivities: true, ..Names::default() };
     let wiring = Wiring::new(fmu.description(), &names)?;
+    engine.show_notes(&wiring);
     let model = ForwardModel {
-        settings: settings_from(&wiring, &engine.settings())?,
+        settings: settings_from(&wiring, &engine.settings(&wiring)?)?,
         parameters: inputs(&wiring, &arguments.parameters)?,
         protocol: motion.protocol,
         time_s: motion.time_s,

@@ -117,7 +117,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let recorded = ["force_solid", "force_fluid"].map(str::to_owned);
     let tests = read_tests(&arguments.measurements, Wanted::MotionAndForce, &arguments.reading)?;
     let engine = arguments.engine.engine(&recorded, false, None, &call.stop)?;
-    let values = settings_from(engine.wiring(), &arguments.engine.settings())?;
+    let values = settings_from(engine.wiring(), &arguments.engine.settings(engine.wiring())?)?;
     let weights =
         Weights { uncertainty: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
     let height = sample_height(&engine, &arguments.engine)?;

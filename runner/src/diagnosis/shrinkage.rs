@@ -13,6 +13,7 @@ use super::thresholds::Thresholds;
 use crate::data::random::Random;
 use crate::inference::fit::Fit;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Expected distance of the predictions from the force before and after (mN), and the part of it that went.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,7 +126,8 @@ impl Comparison {
 
     /// Simulated measurements.
     pub fn draws(&self) -> Draws {
-        self.noise_mn().take(DRAWS).map(|noise| self.linear_distances_mn(&noise)).collect()
+        let noises: Vec<_> = self.noise_mn().take(DRAWS).collect();
+        noises.par_iter().map(|noise| self.linear_distances_mn(noise)).collect()
     }
 
     /// Over some of the predicted points, given by their places among them.

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | CSV and plain text | first line `# written by poropunch VERSION` |
 //! | JSON | first field `"written_by": "poropunch VERSION"` |
-//! | HTML, SVG, PVD, Markdown | `<!-- written by poropunch VERSION -->` in front, after a doctype or an XML declaration |
+//! | HTML, SVG, PVD, SSV, Markdown | `<!-- written by poropunch VERSION -->` in front, after a doctype or an XML declaration |
 //! | manual page | first line `.\" written by poropunch VERSION` |
 //! | FMU | comment of the zip archive, at its end |
 //! | Parquet | `created_by` of its metadata; its writer puts it there |
@@ -47,7 +47,7 @@ pub fn marked<'a>(file: &Path, contents: &'a [u8]) -> Cow<'a, [u8]> {
             [b'{', ..] => with(1, &format!("{FIELD}{}\",", env!("CARGO_PKG_VERSION"))),
             _ => Cow::Borrowed(contents),
         },
-        "html" | "svg" | "md" | "pvd" => with(prolog(contents), &format!("<!-- {} -->\n", words())),
+        "html" | "svg" | "md" | "pvd" | "ssv" => with(prolog(contents), &format!("<!-- {} -->\n", words())),
         "1" => with(0, &format!("{ROFF}{}\n", words())),
         "parquet" => Cow::Borrowed(contents),
         _ => with(0, &format!("# {}\n", words())),
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn every_kind_is_marked_once_and_recognised() {
-        let cases: [(&str, &[u8]); 9] = [
+        let cases: [(&str, &[u8]); 10] = [
             ("a.1", b".TH a\n"),
             ("a.csv", b"time_s\n1\n"),
             ("a.json", b"{\n  \"x\": 1\n}"),
@@ -119,6 +119,7 @@ mod tests {
             ("a.html", b"<!DOCTYPE html><html></html>"),
             ("a.svg", b"<svg/>"),
             ("a.svg", b"<?xml version=\"1.0\"?><svg/>"),
+            ("a.ssv", b"<?xml version=\"1.0\"?><a/>"),
             ("a.blake3", b"00ff\n"),
         ];
         for (name, contents) in cases {

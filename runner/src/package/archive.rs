@@ -1,6 +1,8 @@
 //! The archive, the same byte for byte whenever its contents are the same.
 
 use super::documentation::documentation;
+use super::reference::reference_files;
+use crate::fmi::FmiError;
 use crate::fmi::PLATFORM;
 use crate::output::mark::words;
 use crate::output::{OutputError, write_file};
@@ -25,6 +27,9 @@ pub enum PackageError {
     /// The place of the archive.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The description of the model.
+    #[error(transparent)]
+    Description(#[from] FmiError),
     /// The archive itself.
     #[error("the archive cannot be formed: {0}")]
     Zip(#[from] zip::result::ZipError),
@@ -53,8 +58,8 @@ pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
     };
     let binary = std::fs::read(library).map_err(io(library))?;
     let binary_name = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}{}", std::env::consts::DLL_SUFFIX);
-    let (description, documentation) = (xml(), documentation());
-    let entries: [(&str, &[u8]); 8] = [
+    let (description, documentation, reference) = (xml(), documentation(), reference_files()?);
+    let mut entries: Vec<(&str, &[u8])> = vec![
         ("modelDescription.xml", description.as_bytes()),
         ("model.png", ICON),
         (&binary_name, &binary),
@@ -64,6 +69,7 @@ pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
         ("documentation/licenses/LICENSE-APACHE.txt", LICENSE_APACHE),
         (LICENSES, LICENSES_LINKED),
     ];
+    entries.extend(reference.iter().map(|(name, contents)| (name.as_str(), contents.as_slice())));
     // No clock and no user in the archive: equal contents give equal bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)

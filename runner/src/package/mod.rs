@@ -3,6 +3,7 @@
 mod archive;
 mod documentation;
 mod lint;
+mod reference;
 
 pub use archive::{PackageError, write_archive};
 pub use documentation::documentation;

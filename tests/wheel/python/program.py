@@ -5,29 +5,17 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 import warnings
 from pathlib import Path
 
 import numpy
 import pandas
+from checks import P2, refuses, run_all
 
 import poropunch
 from poropunch import _data, _place, _program
 from poropunch.results import diagnosis
 from poropunch.results._read import read
-
-DATA = Path(sys.argv[1])
-P2 = DATA / "measurement" / "table1-one-cycle" / "P2.csv"
-
-
-def refuses(kind, part, call):
-    try:
-        call()
-    except kind as error:
-        assert part in str(error), f"{part!r} is not in {error}"
-    else:
-        raise AssertionError(f"not refused: {part}")
 
 
 def test_doctests():
@@ -139,9 +127,5 @@ def running(out):
     return False
 
 
-for name, test in list(globals().items()):
-    if name.startswith("test_"):
-        start = time.perf_counter()
-        test()
-        print(f"{name}: {time.perf_counter() - start:.1f} s", flush=True)
+run_all(globals())
 assert _place.PROGRAM.startswith(os.getcwd())

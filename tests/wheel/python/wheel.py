@@ -15,21 +15,12 @@ from pathlib import Path
 
 import numpy
 import pandas
+from checks import P2, refuses, run_all
 
 import poropunch
 
-DATA = Path(sys.argv[1])
 COMMAND = Path(sysconfig.get_path("scripts")) / "poropunch"
 COARSE = {"mesh.preset": "coarse"}
-
-
-def refuses(kind, part, call):
-    try:
-        call()
-    except kind as error:
-        assert part in str(error), f"{part!r} is not in {error}"
-    else:
-        raise AssertionError(f"not refused: {part}")
 
 
 def command_line(*words):
@@ -164,9 +155,8 @@ def test_threads_run_at_a_time_and_ctrl_c_stops_a_run():
 
 
 def test_identify_with_numbers_in_si():
-    p2 = DATA / "measurement" / "table1-one-cycle" / "P2.csv"
     rig = {"geometry.punch_radius": 2e-3, "geometry.sample_radius": "10 mm", "geometry.sample_height": 10e-3}
-    found = poropunch.identify(p2, mesh="coarse", set=rig, bounds={"material.branch[2].eta": (100.0, 1e5)})
+    found = poropunch.identify(P2, mesh="coarse", set=rig, bounds={"material.branch[2].eta": (100.0, 1e5)})
     assert found.converged and 210 < found.derived.value["G_inf"] < 280, found.derived
     assert "eta_2" in found.parameters.index, found.parameters
 
@@ -179,8 +169,4 @@ def test_the_fmu():
     subprocess.run([COMMAND, "package", "--check", poropunch.fmu_path()], check=True, capture_output=True)
 
 
-for name, test in list(globals().items()):
-    if name.startswith("test_"):
-        start = time.perf_counter()
-        test()
-        print(f"{name}: {time.perf_counter() - start:.1f} s", flush=True)
+run_all(globals())

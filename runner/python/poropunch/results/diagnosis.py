@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal, Optional
 
+from .shared import Assumption
+
 
 #: Kind of answer.
 Kind = Literal[
@@ -48,22 +50,6 @@ Sign = Literal[
 
 #: With what the gap goes.
 Course = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Assumption:
-    """A parameter that was not fitted."""
-
-    given: bool
-    """Whether the user gave it; otherwise it is the default."""
-    meaning: str
-    """What it is."""
-    name: str
-    """Its name."""
-    unit: str
-    """Unit, empty where there is none."""
-    value: str
-    """Its value in `unit`; an item's name or true or false where it is no number."""
 
 
 @dataclass(frozen=True)

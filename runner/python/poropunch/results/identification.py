@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal, Optional
 
+from .shared import Assumption
+
 
 #: End of the admissible range at which a value sits.
 BoundSide = Literal[
@@ -53,22 +55,6 @@ StopReason = Literal[
     'stop_requested',  # The user asked to stop.
     'too_many_failures',  # Too many evaluations in a row failed.
 ]
-
-
-@dataclass(frozen=True)
-class Assumption:
-    """A parameter that was not fitted."""
-
-    given: bool
-    """Whether the user gave it; otherwise it is the default."""
-    meaning: str
-    """What it is."""
-    name: str
-    """Its name."""
-    unit: str
-    """Unit, empty where there is none."""
-    value: str
-    """Its value in `unit`; an item's name or true or false where it is no number."""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@
 use crate::data::random::Random;
 use crate::inference::Signature;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Distribution of the largest score under noise alone.
 #[derive(Debug, Clone)]
@@ -27,13 +28,14 @@ impl Family {
         let root = eigen.eigenvalues.map(|v| v.max(0.0).sqrt());
         let factor = &eigen.eigenvectors * DMatrix::from_diagonal(&root);
         let mut random = Random::new(seed);
-        let mut draw = || {
-            let noise = DVector::from_fn(k, |_, _| random.normal());
+        // Drawn one after the other, so that a seed gives the same numbers on any number of cores.
+        let noises: Vec<_> = (0..DRAWS).map(|_| DVector::from_fn(k, |_, _| random.normal())).collect();
+        let largest_of = |noise: &DVector<f64>| {
             let scores = &factor * noise;
             let counted = scores.iter().zip(one_sided).map(|(z, one)| if *one { *z } else { z.abs() });
             counted.fold(0.0, f64::max)
         };
-        let mut largest: Vec<f64> = (0..DRAWS).map(|_| draw()).collect();
+        let mut largest: Vec<f64> = noises.par_iter().map(largest_of).collect();
         largest.sort_by(f64::total_cmp);
         Self { largest }
     }
