@@ -16,10 +16,12 @@
 #include <windows.h>
 static void *load(const char *path) { return (void *)LoadLibraryA(path); }
 static void *find(void *library, const char *name) { return (void *)GetProcAddress((HMODULE)library, name); }
+static const char *load_error(void) { static char text[32]; snprintf(text, sizeof text, "error %lu", GetLastError()); return text; }
 #else
 #include <dlfcn.h>
 static void *load(const char *path) { return dlopen(path, RTLD_NOW | RTLD_LOCAL); }
 static void *find(void *library, const char *name) { return dlsym(library, name); }
+static const char *load_error(void) { return dlerror(); }
 #endif
 
 typedef void *Component;
@@ -76,6 +78,7 @@ int main(int count, char **arguments) {
 
     if (count < 8) return 2;
     library = load(arguments[1]);
+    if (library == NULL) snprintf(heard, sizeof heard, "%s", load_error());
     demand(library != NULL, "loading");
     steps = atoi(arguments[3]);
     size = atof(arguments[4]);
