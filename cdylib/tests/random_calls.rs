@@ -42,7 +42,22 @@ impl Random {
     }
 
     fn real(&mut self) -> f64 {
-        self.of(&[f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300, 1e-300, 0.5, 1.0, 1e-4, 1e-3, 2e-3, 10.0, 1e-15, 1e5])
+        self.of(&[
+            f64::NAN,
+            f64::INFINITY,
+            -1.0,
+            0.0,
+            1e300,
+            1e-300,
+            0.5,
+            1.0,
+            1e-4,
+            1e-3,
+            2e-3,
+            10.0,
+            1e-15,
+            1e5,
+        ])
     }
 
     /// Mostly of a variable.
@@ -91,8 +106,7 @@ impl Driver {
 
     fn instantiate(&mut self) -> Slave {
         let id = CString::new(guid()).unwrap();
-        let component =
-            unsafe { fmi2Instantiate(c"random".as_ptr(), 1, id.as_ptr(), null(), &SILENT, 0, 0) };
+        let component = unsafe { fmi2Instantiate(c"random".as_ptr(), 1, id.as_ptr(), null(), &SILENT, 0, 0) };
         assert!(!component.is_null());
         Slave { component, time: 0.0 }
     }
@@ -202,7 +216,11 @@ impl Driver {
                 if self.states.len() > 8 || self.random.one_in(2) {
                     self.states.swap_remove(chosen);
                     if self.states.is_empty() {
-                        self.states.push(self.random.of(&[null_mut(), 8 as *mut c_void, usize::MAX as *mut c_void]));
+                        self.states.push(self.random.of(&[
+                            null_mut(),
+                            8 as *mut c_void,
+                            usize::MAX as *mut c_void,
+                        ]));
                     }
                 }
             }
@@ -286,8 +304,20 @@ impl Driver {
         let kind = self.random.below(6) as i32 - 1;
         let status = unsafe {
             match self.random.below(14) {
-                0 => fmi2SetDebugLogging(c, 1, 1, [c"nothing".as_ptr(), c"logEvents".as_ptr()][self.random.below(2)..].as_ptr()),
-                1 => fmi2SetupExperiment(c, kind & 1, real, 0.0, i32::from(self.random.one_in(4)), self.random.real()),
+                0 => fmi2SetDebugLogging(
+                    c,
+                    1,
+                    1,
+                    [c"nothing".as_ptr(), c"logEvents".as_ptr()][self.random.below(2)..].as_ptr(),
+                ),
+                1 => fmi2SetupExperiment(
+                    c,
+                    kind & 1,
+                    real,
+                    0.0,
+                    i32::from(self.random.one_in(4)),
+                    self.random.real(),
+                ),
                 2 => fmi2EnterInitializationMode(c),
                 3 if self.random.one_in(4) => fmi2Terminate(c),
                 4 => fmi2CancelStep(c),
@@ -310,7 +340,8 @@ impl Driver {
         let c = self.slaves[which].component;
         unsafe { fmi2Reset(c) };
         self.slaves[which].time = 0.0;
-        let integer = |name: &str, value: i32| unsafe { fmi2SetInteger(c, &by_name(name).unwrap().0, 1, &value) };
+        let integer =
+            |name: &str, value: i32| unsafe { fmi2SetInteger(c, &by_name(name).unwrap().0, 1, &value) };
         integer("mesh.preset", 1);
         if self.random.one_in(2) {
             integer("protocol.source", 1);
@@ -377,7 +408,8 @@ fn a_part_of_them_under_valgrind() {
         .args(["--exact", "few_calls", "--ignored", "--nocapture", "--test-threads=1"])
         .output()
         .expect("valgrind, which Debian has, is needed");
-    let [said, complaints] = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    let [said, complaints] =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
     println!("{said}\n{complaints}");
     assert!(output.status.success());
 }

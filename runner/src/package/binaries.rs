@@ -101,7 +101,8 @@ fn parts(bytes: &[u8]) -> object::Result<Vec<(File<'_>, &[u8])>> {
         return Ok(vec![(File::parse(bytes)?, bytes)]);
     }
     let machines = [CPU_TYPE_X86_64, CPU_TYPE_ARM64];
-    let arches = MachOFatFile32::parse(bytes)?.arches().iter().filter(|arch| machines.contains(&arch.cputype()));
+    let arches =
+        MachOFatFile32::parse(bytes)?.arches().iter().filter(|arch| machines.contains(&arch.cputype()));
     arches
         .map(|arch| {
             let part = arch.data(bytes)?;
@@ -130,7 +131,9 @@ fn lint_exports(file: &File, problems: &mut Vec<String>) -> object::Result<()> {
 /// Debug information, and paths of the machine that built it.
 fn lint_origin(file: &File, bytes: &[u8], problems: &mut Vec<String>) {
     let mut sections = file.sections().filter_map(|section| Some(section.name().ok()?.to_owned()));
-    if let Some(name) = sections.find(|name| [".debug", ".zdebug", "__debug"].iter().any(|d| name.starts_with(d))) {
+    if let Some(name) =
+        sections.find(|name| [".debug", ".zdebug", "__debug"].iter().any(|d| name.starts_with(d)))
+    {
         problems.push(format!("is not stripped of its debug information ({name})"));
     }
     let found = USERS_FOLDERS.iter().filter_map(|folder| {
@@ -153,10 +156,8 @@ fn lint_glibc(file: &File, problems: &mut Vec<String>) -> object::Result<()> {
         Some((numbers.next()?.parse().ok()?, numbers.next()?.parse().ok()?))
     });
     match needed.max() {
-        Some((major, minor)) if (major, minor) > NEWEST_GLIBC => problems.push(format!(
-            "needs glibc {major}.{minor}, newer than {}.{}",
-            NEWEST_GLIBC.0, NEWEST_GLIBC.1
-        )),
+        Some((major, minor)) if (major, minor) > NEWEST_GLIBC => problems
+            .push(format!("needs glibc {major}.{minor}, newer than {}.{}", NEWEST_GLIBC.0, NEWEST_GLIBC.1)),
         _ => {}
     }
     Ok(())
@@ -180,4 +181,3 @@ fn lint_install_name(bytes: &[u8], identifier: &str, problems: &mut Vec<String>)
     problems.push("has no install name".to_owned());
     Ok(())
 }
-

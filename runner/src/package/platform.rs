@@ -81,7 +81,8 @@ impl Binary {
     /// A library for the machine this program runs on.
     #[must_use]
     pub fn of_this_machine(library: PathBuf) -> Self {
-        let platform = Platform::of(PLATFORM).expect("every platform this program is built for is in the table");
+        let platform =
+            Platform::of(PLATFORM).expect("every platform this program is built for is in the table");
         Self { platform, library }
     }
 }

@@ -47,7 +47,10 @@ fn everywhere() -> &'static Path {
             succeed(Command::new(format!("{ROOT}/cdylib/build-all")).arg(&archive));
             assert_eq!(lint(&archive).unwrap(), Vec::<String>::new());
             assert_eq!(lint_portable(&archive).unwrap(), Vec::<String>::new());
-            zip::ZipArchive::new(std::fs::File::open(&archive).unwrap()).unwrap().extract(folder.path()).unwrap();
+            zip::ZipArchive::new(std::fs::File::open(&archive).unwrap())
+                .unwrap()
+                .extract(folder.path())
+                .unwrap();
             folder
         })
         .path()
@@ -64,7 +67,8 @@ fn host(target: &str, name: &str) -> PathBuf {
 
 fn compile(target: &str, source: &str, name: &str, arguments: &[&str]) -> PathBuf {
     let to = everywhere().join(name);
-    let tools = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| Path::new(ROOT).join("target"), Into::into);
+    let tools =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| Path::new(ROOT).join("target"), Into::into);
     let mut zig = Command::new(tools.join("build-all/bin/python"));
     zig.args(["-m", "ziglang", "cc", "-O1", "-target", target, "-o"]).arg(&to);
     succeed(zig.arg(format!("{ROOT}/tests/fmi/platforms/{source}")).args(arguments));
@@ -97,7 +101,11 @@ fn native(steps: usize) -> Vec<Vec<f64>> {
 fn check(name: &str, found: &[Vec<f64>], force: f64, sensitivities: f64) {
     let expected = native(found.len());
     let worst = differences(found, &expected);
-    println!("{name}, {} steps: {worst:.1?}", found.len(), worst = worst.iter().map(|d| format!("{d:.1e}")).collect::<Vec<_>>());
+    println!(
+        "{name}, {} steps: {worst:.1?}",
+        found.len(),
+        worst = worst.iter().map(|d| format!("{d:.1e}")).collect::<Vec<_>>()
+    );
     assert!(worst[..4].iter().all(|&d| d <= force), "{name}");
     assert!(worst[4..].iter().all(|&d| d <= sensitivities), "{name}");
 }
