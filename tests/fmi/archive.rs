@@ -120,7 +120,7 @@ fn a_spoilt_archive_is_refused_for_each_reason() {
     type Spoil = fn(&Path);
     let cases: [(Spoil, &str); 9] = [
         (|root| edited(root, " dependencies=\"\"", ""), "no dependencies"),
-        (|root| edited(root, " nominal=\"1e-15\"", ""), "material.permeability: no nominal value"),
+        (|root| edited(root, " nominal=\"0.01\"", ""), "no nominal value"),
         (
             |root| std::fs::remove_file(root.join("documentation/licenses/third-party.txt")).unwrap(),
             "third-party.txt is missing",
