@@ -86,6 +86,49 @@ fn the_error_of_each_way_of_input_is_what_the_documentation_says() {
     }
 }
 
+/// PyFMI, OMSimulator, fmuCheck, libcosim and ecos make no step of their own where the rate jumps: the corner, at 0.6875 s, must be
+/// one of their communication points. Every number of steps of 1/16 s is; 0.1 s is not, and the punch goes too deep.
+#[test]
+fn where_masters_make_equal_steps_the_corner_must_be_one_of_their_points() {
+    let [missed, met] = [0.1, 0.0625].map(|step| input_error(&fmpy("grid", step)));
+    println!(
+        "displacement and its rate on a grid: {:.2} % at 0.1 s, {:.4} % at 0.0625 s",
+        100.0 * missed,
+        100.0 * met
+    );
+    assert!(missed > 0.005, "the trap must be real: {missed}");
+    assert!(met < 1e-9, "{met}");
+}
+
+/// libcosim and ecos, whose wheels PyPI has, know no enumerations and make equal steps.
+#[test]
+#[ignore = "long: installs importers from PyPI, needs Debian's libtbb12"]
+fn libcosim_and_ecos_agree_with_fmpy() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let succeed = |command: &mut Command| {
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{command:?}\n{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    succeed(Command::new("python3").args(["-m", "venv"]).arg(folder.path()));
+    let program = folder.path().join("bin/python");
+    let packages = ["fmpy==0.3.32", "libcosimpy==0.0.6", "ecospy==0.7.2"];
+    succeed(Command::new(&program).args(["-m", "pip", "install", "--quiet"]).args(packages));
+    let [fmpy, libcosim, ecos] = ["fmpy", "libcosimpy", "ecospy"].map(|name| -> Vec<f64> {
+        let mut command = Command::new(&program);
+        let said =
+            succeed(command.arg(root.join("tests/fmi/python/others.py")).args([Path::new(name), archive()]));
+        said.lines().filter_map(|line| line.strip_prefix("force ")?.parse().ok()).collect()
+    });
+    assert!(fmpy.len() == 32 && fmpy.iter().any(|force| *force > 0.01), "{fmpy:?}");
+    let worst =
+        |other: &[f64]| fmpy.iter().zip(other).map(|(a, b)| (a - b).abs() / 0.012).fold(0.0, f64::max);
+    println!("libcosim {:.1e}, ecos {:.1e} from FMPy", worst(&libcosim), worst(&ecos));
+    assert!(libcosim.len() == 32 && worst(&libcosim) < 1e-12);
+    assert!(ecos.len() == 32 && worst(&ecos) < 1e-12);
+}
+
 /// fmi-rs, which shares nothing with FMPy nor with this project's loader, is built when it is needed.
 #[test]
 #[ignore = "long: builds a second importer"]

@@ -5,6 +5,7 @@ mod archive;
 mod importers;
 mod loader;
 mod parallel;
+mod platforms;
 mod state;
 mod steps;
 mod support;

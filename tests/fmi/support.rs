@@ -1,7 +1,7 @@
 //! The packaged FMU, instances of it, and Python.
 
 use runner::fmi::{Fmu, FmuInstance, builtin_library};
-use runner::package::write_archive;
+use runner::package::{Binary, write_archive};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -13,7 +13,7 @@ pub fn archive() -> &'static Path {
     let (_, path) = ARCHIVE.get_or_init(|| {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("poropunch.fmu");
-        write_archive(&path, &builtin_library().unwrap()).unwrap();
+        write_archive(&path, &[Binary::of_this_machine(builtin_library().unwrap())]).unwrap();
         (folder, path)
     });
     path

@@ -14,6 +14,7 @@ use crate::outputs::{Outputs, Statistics};
 use crate::sensor::{LoadCell, LoadCellParameters};
 use crate::solver::parameters::SolverParameters;
 use crate::specimen::{Discretisation, Motion, Patience, State};
+use libm::cbrt;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -274,7 +275,7 @@ impl Path {
             let shortest = if changed { self.first_step } else { MIN_FRACTION * self.first_step };
             if let Some(error) = error.filter(|&e| e > REJECT && dt > shortest) {
                 statistics.cuts += 1;
-                dt *= (0.8 / error.cbrt()).max(MAX_SHRINK);
+                dt *= (0.8 / cbrt(error)).max(MAX_SHRINK);
                 continue;
             }
             self.largest_force = self.largest_force.max(force.abs());
@@ -303,7 +304,7 @@ impl Path {
             let error = misfit.map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
             if let Some(error) = error.filter(|&e| e > REJECT && dt > MIN_FRACTION * self.first_step) {
                 statistics.cuts += 1;
-                dt *= (0.8 / error.cbrt()).max(MAX_SHRINK);
+                dt *= (0.8 / cbrt(error)).max(MAX_SHRINK);
                 continue;
             }
             let left = self.gap(&state);
@@ -320,7 +321,7 @@ impl Path {
     /// Takes a state as the next one.
     fn accept(&mut self, state: State, dt: f64, error: Option<f64>, statistics: &mut Statistics) {
         let growth =
-            error.map_or(MAX_GROWTH, |e| (0.9 / e.max(NO_ERROR).cbrt()).clamp(MAX_SHRINK, MAX_GROWTH));
+            error.map_or(MAX_GROWTH, |e| (0.9 / cbrt(e.max(NO_ERROR))).clamp(MAX_SHRINK, MAX_GROWTH));
         statistics.steps += 1;
         self.next_step = dt * growth;
         if !state.touches_as(&self.base) {

@@ -1,8 +1,8 @@
 //! `runner package`: the FMU archive, checked.
 
 use super::{CliResult, Ending};
-use crate::fmi::builtin_library;
-use crate::package::{lint, write_archive};
+use crate::fmi::{PLATFORM, builtin_library};
+use crate::package::{Binary, lint, lint_portable, write_archive};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -12,8 +12,12 @@ pub struct Arguments {
     /// Where to write
     #[arg(long, short, value_name = "FILE", default_value = "poropunch.fmu")]
     out: PathBuf,
-    /// Check this archive instead of writing one
-    #[arg(long, value_name = "FILE", conflicts_with = "out")]
+    /// A library for another platform, or instead of this machine's own: linux64, win64, darwin64, aarch64-linux
+    /// (repeatable; cdylib/build-all builds them all)
+    #[arg(long = "binary", value_name = "PLATFORM=FILE")]
+    binaries: Vec<Binary>,
+    /// Check this archive, to be given away, instead of writing one
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "binaries"])]
     check: Option<PathBuf>,
 }
 
@@ -21,10 +25,22 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> CliResult {
     let file = arguments.check.as_ref().unwrap_or(&arguments.out);
     if arguments.check.is_none() {
-        write_archive(file, &builtin_library()?)?;
+        let mut binaries = arguments.binaries.clone();
+        if !binaries.iter().any(|binary| binary.platform.folder == PLATFORM) {
+            binaries.push(Binary::of_this_machine(builtin_library()?));
+        }
+        write_archive(file, &binaries)?;
         say!("wrote {}", file.display());
     }
-    let problems = lint(file)?;
+    let mut problems = lint(file)?;
+    let portable = lint_portable(file)?;
+    // What cargo builds for this machine alone need not serve another.
+    let for_this_machine = arguments.check.is_none() && arguments.binaries.is_empty();
+    if !for_this_machine {
+        problems.extend(portable);
+    } else if !portable.is_empty() {
+        say!("for machines like this one; cdylib/build-all makes one for all");
+    }
     if problems.is_empty() {
         say!("checked: no problems");
         return Ok(Ending::Complete);

@@ -5,14 +5,14 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// FMI 2.0 name of the platform this program runs on.
-pub const PLATFORM: &str = match (cfg!(target_os = "windows"), cfg!(target_os = "macos"), usize::BITS) {
-    (true, _, 64) => "win64",
-    (true, ..) => "win32",
-    (_, true, _) => "darwin64",
-    (.., 64) => "linux64",
-    _ => "linux32",
-};
+/// FMI 2.0 name of the platform this program runs on; FMI 3.0's tuple where 2.0 has none (2.0.5, section 2.3).
+pub const PLATFORM: &str =
+    match (cfg!(target_os = "windows"), cfg!(target_os = "macos"), cfg!(target_arch = "aarch64")) {
+        (true, ..) => "win64",
+        (_, true, _) => "darwin64",
+        (.., true) => "aarch64-linux",
+        _ => "linux64",
+    };
 
 /// A folder with an FMU's files; removed with the last user where it was unpacked for the purpose.
 #[derive(Debug)]
@@ -23,6 +23,9 @@ pub struct Files {
 
 impl Files {
     /// An unpacked archive, or a folder as it is.
+    ///
+    /// # Errors
+    /// When it cannot be read.
     pub fn open(path: &Path) -> Result<Self, FmiError> {
         if path.is_dir() {
             let root = std::path::absolute(path).map_err(|source| io(path, source))?;
@@ -36,17 +39,29 @@ impl Files {
         Ok(Self { root: folder.path().to_path_buf(), _temporary: Some(folder) })
     }
 
+    /// The folder with the FMU's files.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
     /// Text of `modelDescription.xml`.
+    ///
+    /// # Errors
+    /// When there is none.
     pub fn description(&self) -> Result<String, FmiError> {
         let path = self.root.join("modelDescription.xml");
         std::fs::read_to_string(&path).map_err(|source| io(&path, source))
     }
 
     /// The binary of this platform.
+    ///
+    /// # Errors
+    /// When there is none.
     pub fn binary(&self, model_identifier: &str) -> Result<PathBuf, FmiError> {
         let file = format!("{model_identifier}{}", std::env::consts::DLL_SUFFIX);
-        let path = self.root.join("binaries").join(PLATFORM).join(&file);
-        if path.is_file() {
+        // Exporters on 64-bit arm, OpenModelica for one, write the name of x86.
+        let paths = [PLATFORM, "linux64"].map(|folder| self.root.join("binaries").join(folder).join(&file));
+        if let Some(path) = paths.into_iter().find(|path| path.is_file()) {
             return Ok(path);
         }
         let folders = std::fs::read_dir(self.root.join("binaries")).into_iter().flatten().flatten();

@@ -12,7 +12,7 @@ mod error;
 mod fmu;
 mod instance;
 
-pub use archive::{PLATFORM, read_description};
+pub use archive::{Files, PLATFORM, read_description};
 pub use description::{Capabilities, DefaultExperiment, ModelDescription, ScalarVariable, VariableKind};
 pub use error::FmiError;
 pub use fmu::{Fmu, builtin_library};

@@ -1,12 +1,13 @@
 //! The archive, the same byte for byte whenever its contents are the same.
 
 use super::documentation::documentation;
+use super::platform::Binary;
 use super::reference::reference_files;
 use crate::fmi::FmiError;
-use crate::fmi::PLATFORM;
 use crate::output::mark::words;
 use crate::output::{OutputError, write_file};
 use poropunch::model_description::{MODEL_IDENTIFIER, xml};
+use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -30,6 +31,9 @@ pub enum PackageError {
     /// The description of the model.
     #[error(transparent)]
     Description(#[from] FmiError),
+    /// Two libraries for one place.
+    #[error("two binaries for {0}")]
+    Twice(&'static str),
     /// The archive itself.
     #[error("the archive cannot be formed: {0}")]
     Zip(#[from] zip::result::ZipError),
@@ -45,30 +49,36 @@ const LICENSES_LINKED: &[u8] = include_bytes!("../../../cdylib/resources/license
 const LICENSE_NOTE: &[u8] = b"poropunch is licensed under MIT OR Apache-2.0, at your choice: \
     see LICENSE-MIT.txt and LICENSE-APACHE.txt in this folder. What is linked into it: third-party.txt.\n";
 
-/// Writes `poropunch.fmu` with the binary `library` of this platform to `path`.
+/// Writes `poropunch.fmu` with one library for each of its platforms to `path`.
 ///
 /// The file appears complete or not at all.
 ///
 /// # Errors
-/// When the library cannot be read or the archive not be written.
-pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
+/// When a library cannot be read, is one of two for a platform, or the archive cannot be written.
+pub fn write_archive(path: &Path, binaries: &[Binary]) -> Result<(), PackageError> {
     let io = |path: &Path| {
         let path = path.to_path_buf();
         move |source| PackageError::Io { path, source }
     };
-    let binary = std::fs::read(library).map_err(io(library))?;
-    let binary_name = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}{}", std::env::consts::DLL_SUFFIX);
+    let mut libraries = BTreeMap::new();
+    for Binary { platform, library } in binaries {
+        let name = format!("binaries/{}/{MODEL_IDENTIFIER}{}", platform.folder, platform.suffix);
+        let contents = std::fs::read(library).map_err(io(library))?;
+        if libraries.insert(name, contents).is_some() {
+            return Err(PackageError::Twice(platform.folder));
+        }
+    }
     let (description, documentation, reference) = (xml(), documentation(), reference_files()?);
     let mut entries: Vec<(&str, &[u8])> = vec![
         ("modelDescription.xml", description.as_bytes()),
         ("model.png", ICON),
-        (&binary_name, &binary),
         ("documentation/index.html", documentation.as_bytes()),
         ("documentation/licenses/license.txt", LICENSE_NOTE),
         ("documentation/licenses/LICENSE-MIT.txt", LICENSE_MIT),
         ("documentation/licenses/LICENSE-APACHE.txt", LICENSE_APACHE),
         (LICENSES, LICENSES_LINKED),
     ];
+    entries.extend(libraries.iter().map(|(name, contents)| (name.as_str(), contents.as_slice())));
     entries.extend(reference.iter().map(|(name, contents)| (name.as_str(), contents.as_slice())));
     // No clock and no user in the archive: equal contents give equal bytes.
     let options = SimpleFileOptions::default()

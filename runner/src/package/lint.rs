@@ -1,7 +1,8 @@
 //! What the usual validators miss in an FMU.
 
 use super::archive::LICENSES;
-use crate::fmi::{FmiError, Fmu, ModelDescription, VariableKind, read_description};
+use super::binaries::lint_binaries;
+use crate::fmi::{Files, FmiError, Fmu, ModelDescription, VariableKind, read_description};
 use roxmltree::{Document, Node};
 use std::collections::HashSet;
 use std::path::Path;
@@ -16,6 +17,18 @@ pub fn lint(path: &Path) -> Result<Vec<String>, FmiError> {
     problems.extend(lint_starts(&fmu)?);
     lint_files(path, &fmu, &mut problems);
     Ok(problems)
+}
+
+/// What keeps the libraries of an archive or unpacked FMU from machines other than the one that built them; empty when
+/// nothing does.
+///
+/// # Errors
+/// When its files cannot be read.
+pub fn lint_portable(path: &Path) -> Result<Vec<String>, FmiError> {
+    let files = Files::open(path)?;
+    let identifier = ModelDescription::parse(&files.description()?)?.model_identifier;
+    lint_binaries(files.root(), &identifier)
+        .map_err(|source| FmiError::Io { path: files.root().join("binaries"), source })
 }
 
 /// The archive as a file, and what else is in it.

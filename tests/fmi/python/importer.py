@@ -1,7 +1,7 @@
 """FMPy against the FMU: called by the Rust tests, and by hand (see ../README.md).
 
 importer.py validate FMU              exit code 1 and the problems, if any
-importer.py simulate FMU WAY STEP OUT P2 to 2 s, input given in one of four ways, result as CSV
+importer.py simulate FMU WAY STEP OUT P2 to 2 s, input given in one of five ways, result as CSV
 importer.py resume FMU STATE OUT      two more steps from a state serialised by another process
 importer.py fields FMU PVD            P2 to 2 s with fields, and again without: the same forces
 importer.py strange FMU               a path with space, umlaut, # and %; nothing of the process changes
@@ -85,7 +85,32 @@ def derivative(fmu, step):
     return rows
 
 
+def grid(fmu, step):
+    """Masters that make equal steps and none at a jump of a discrete input: PyFMI, OMSimulator, fmuCheck, libcosim, ecos."""
+    instance, reference, folder = slave(fmu)
+    instance.setInteger([reference["mesh.preset"], reference["protocol.source"]], [1, 1])
+    instance.setReal([reference["displacement"], reference["displacement_rate"]], [-GAP, RATE])
+    instance.setupExperiment(startTime=0.0)
+    instance.enterInitializationMode()
+    instance.exitInitializationMode()
+    rows = []
+    for n in range(round(STOP / step) + 1):
+        now = n * step
+        rows.append([now] + instance.getReal([reference[name] for name in OUTPUT]))
+        rising = now < RAMP - 1e-9
+        values = [-GAP + RATE * now if rising else DEPTH, RATE if rising else 0.0]
+        instance.setReal([reference["displacement"], reference["displacement_rate"]], values)
+        if n < round(STOP / step):
+            instance.doStep(now, step)
+    instance.terminate()
+    instance.freeInstance()
+    shutil.rmtree(folder)
+    return rows
+
+
 def simulate(fmu, way, step):
+    if way == "grid":
+        return grid(fmu, step)
     if way == "derivative":
         return derivative(fmu, step)
     start = dict(COARSE)
