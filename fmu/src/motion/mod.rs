@@ -2,7 +2,9 @@
 
 pub mod path;
 pub mod protocol;
+pub mod stops;
 #[cfg(test)]
 mod tests;
 
 pub use path::Path;
+pub use stops::{Reached, Stops};
