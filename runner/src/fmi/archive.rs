@@ -1,6 +1,6 @@
 //! The files of an FMU: an archive unpacked for as long as it is used, or a folder.
 
-use super::FmiError;
+use super::{FmiError, Version};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -13,6 +13,17 @@ pub const PLATFORM: &str = match (cfg!(target_os = "windows"), cfg!(target_os = 
     (.., 64) => "linux64",
     _ => "linux32",
 };
+
+/// FMI 3.0 name of the platform this program runs on.
+pub const PLATFORM_TUPLE: &str =
+    match (cfg!(target_os = "windows"), cfg!(target_os = "macos"), cfg!(target_arch = "aarch64")) {
+        (true, _, true) => "aarch64-windows",
+        (true, ..) => "x86_64-windows",
+        (_, true, true) => "aarch64-darwin",
+        (_, true, _) => "x86_64-darwin",
+        (.., true) => "aarch64-linux",
+        _ => "x86_64-linux",
+    };
 
 /// A folder with an FMU's files; removed with the last user where it was unpacked for the purpose.
 #[derive(Debug)]
@@ -43,9 +54,13 @@ impl Files {
     }
 
     /// The binary of this platform.
-    pub fn binary(&self, model_identifier: &str) -> Result<PathBuf, FmiError> {
+    pub fn binary(&self, version: Version, model_identifier: &str) -> Result<PathBuf, FmiError> {
+        let wanted = match version {
+            Version::Two => PLATFORM,
+            Version::Three => PLATFORM_TUPLE,
+        };
         let file = format!("{model_identifier}{}", std::env::consts::DLL_SUFFIX);
-        let path = self.root.join("binaries").join(PLATFORM).join(&file);
+        let path = self.root.join("binaries").join(wanted).join(&file);
         if path.is_file() {
             return Ok(path);
         }
@@ -53,7 +68,12 @@ impl Files {
         let mut offered: Vec<_> = folders.map(|f| f.file_name().to_string_lossy().into_owned()).collect();
         offered.sort();
         let offered = if offered.is_empty() { "no platform".to_owned() } else { offered.join(", ") };
-        Err(FmiError::Platform { wanted: PLATFORM, file, offered })
+        Err(FmiError::Platform { wanted, file, offered })
+    }
+
+    /// `resources` as the path that FMI 3.0 passes.
+    pub fn resource_path(&self) -> String {
+        format!("{}{}", self.root.join("resources").display(), std::path::MAIN_SEPARATOR)
     }
 
     /// `resources` as the URI that `fmi2Instantiate` gets.

@@ -1,10 +1,11 @@
 //! The archive, the same byte for byte whenever its contents are the same.
 
 use super::documentation::documentation;
-use crate::fmi::PLATFORM;
+use super::documentation3::documentation3;
+use crate::fmi::{PLATFORM, PLATFORM_TUPLE, Version};
 use crate::output::mark::words;
 use crate::output::{OutputError, write_file};
-use poropunch::model_description::{MODEL_IDENTIFIER, xml};
+use poropunch::model_description::{MODEL_IDENTIFIER, fmi3, xml};
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -47,16 +48,28 @@ const LICENSE_NOTE: &[u8] = b"poropunch is licensed under MIT OR Apache-2.0, at 
 /// # Errors
 /// When the library cannot be read or the archive not be written.
 pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
+    write_archive_of(Version::Two, path, library)
+}
+
+/// The same for a version of FMI: one library serves both.
+///
+/// # Errors
+/// As [`write_archive`].
+pub fn write_archive_of(version: Version, path: &Path, library: &Path) -> Result<(), PackageError> {
     let io = |path: &Path| {
         let path = path.to_path_buf();
         move |source| PackageError::Io { path, source }
     };
     let binary = std::fs::read(library).map_err(io(library))?;
-    let binary_name = format!("binaries/{PLATFORM}/{MODEL_IDENTIFIER}{}", std::env::consts::DLL_SUFFIX);
-    let (description, documentation) = (xml(), documentation());
-    let entries: [(&str, &[u8]); 8] = [
+    let (platform, description, documentation, icon) = match version {
+        Version::Two => (PLATFORM, xml(), documentation(), "model.png"),
+        Version::Three => (PLATFORM_TUPLE, fmi3::xml(), documentation3(), "terminalsAndIcons/icon.png"),
+    };
+    let binary_name = format!("binaries/{platform}/{MODEL_IDENTIFIER}{}", std::env::consts::DLL_SUFFIX);
+    let terminals = fmi3::terminals();
+    let mut entries: Vec<(&str, &[u8])> = vec![
         ("modelDescription.xml", description.as_bytes()),
-        ("model.png", ICON),
+        (icon, ICON),
         (&binary_name, &binary),
         ("documentation/index.html", documentation.as_bytes()),
         ("documentation/licenses/license.txt", LICENSE_NOTE),
@@ -64,6 +77,9 @@ pub fn write_archive(path: &Path, library: &Path) -> Result<(), PackageError> {
         ("documentation/licenses/LICENSE-APACHE.txt", LICENSE_APACHE),
         (LICENSES, LICENSES_LINKED),
     ];
+    if version == Version::Three {
+        entries.push(("terminalsAndIcons/terminalsAndIcons.xml", terminals.as_bytes()));
+    }
     // No clock and no user in the archive: equal contents give equal bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)

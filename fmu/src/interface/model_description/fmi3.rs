@@ -8,6 +8,7 @@ use crate::interface::hash::hash_128;
 use crate::interface::variables::ports::{BaseType, POINTS, POINTS_RANGE, Port};
 use crate::interface::variables::{Causality, Kind, Readings, Settings, Value, table};
 use crate::unit::{METRE, SECOND};
+use quick_xml::events::BytesText;
 use std::io;
 use std::sync::LazyLock;
 
@@ -23,7 +24,10 @@ const PUNCH: [(&str, &str); 4] = [
 ];
 
 /// Side of the square icon (px).
-pub const ICON_SIZE: u32 = 100;
+pub const ICON_SIZE: u32 = 128;
+
+/// Type of the annotation that tells the names of an array's elements in FMI 2.0, on the command line and in files.
+pub const ELEMENTS: &str = "org.poropunch.elements";
 
 /// Identity of this description: it changes with any change of it.
 pub fn instantiation_token() -> &'static str {
@@ -103,6 +107,9 @@ fn variable(x: &mut Xml, port: Port) -> io::Result<()> {
         return Ok(());
     }
     element.write_inner_content(|x| {
+        if port.is_array() && port.variable().is_some() {
+            elements(x, port)?;
+        }
         for size in port.shape() {
             empty(x, "Dimension", &vec![("start", size.to_string())])?;
         }
@@ -110,6 +117,17 @@ fn variable(x: &mut Xml, port: Port) -> io::Result<()> {
             empty(x, "Dimension", &vec![("valueReference", Port::Points.reference().to_string())])?;
         }
         text_start.iter().try_for_each(|start| empty(x, "Start", &vec![("value", start.clone())]))
+    })?;
+    Ok(())
+}
+
+/// Names of an array's elements.
+fn elements(x: &mut Xml, port: Port) -> io::Result<()> {
+    let names: Vec<&str> = port.rows().filter_map(|row| Some(table().get(row as usize)?.name)).collect();
+    x.create_element("Annotations").write_inner_content(|x| {
+        let annotation = x.create_element("Annotation").with_attribute(("type", ELEMENTS));
+        annotation.write_text_content(BytesText::new(&names.join(" ")))?;
+        Ok(())
     })?;
     Ok(())
 }

@@ -175,7 +175,7 @@ impl Port {
                 format!("{head}{tail}")
             }
             Self::Time => "time".to_owned(),
-            Self::Sensitivities => "sensitivities".to_owned(),
+            Self::Sensitivities => format!("{PREFIX}matrix"),
             Self::Points => POINTS.to_owned(),
             Self::HistoryTime => "protocol.history.time".to_owned(),
             Self::HistoryDisplacement => "protocol.history.displacement".to_owned(),
@@ -187,11 +187,11 @@ impl Port {
         let text = match self {
             Self::Row(_) => {
                 let text = self.variable().map_or("", |variable| variable.description);
-                return text.replace("viscous branch 1", "each viscous branch");
+                return text.replace("viscous branch 1", "each viscous branch").replace("fmi2", "fmi3");
             }
             Self::Time => "Time",
             Self::Sensitivities => {
-                "All derivatives sensitivity.* as one matrix, in SI units: rows are force, force_solid and \
+                "All other sensitivity.* as one matrix, in SI units: rows are force, force_solid and \
                  force_fluid, columns are n0s, lambda_star, fluid_viscosity, permeability, equilibrium.mu, \
                  equilibrium.alpha, then mu, alpha and eta of each viscous branch; 0 unless solver.sensitivities is set"
             }
