@@ -136,10 +136,10 @@ fn has_everything_and_is_the_same_byte_for_byte() {
 }
 
 #[test]
-fn the_binary_exports_the_34_functions_and_nothing_else() {
+fn the_binary_exports_the_functions_of_both_versions_and_nothing_else() {
     let output = Command::new("nm").args(["-D", "--defined-only"]).arg(fmu().library()).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     let exports: Vec<_> = text.lines().filter_map(|line| line.split_whitespace().nth(2)).collect();
-    assert_eq!(exports.len(), 34, "{exports:?}");
-    assert!(exports.iter().all(|name| name.starts_with("fmi2")), "{exports:?}");
+    let of = |version: &str| exports.iter().filter(|name| name.starts_with(version)).count();
+    assert_eq!((of("fmi2"), of("fmi3"), exports.len()), (34, 75, 109), "{exports:?}");
 }
