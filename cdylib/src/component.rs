@@ -1,8 +1,10 @@
-//! What an `fmi2Component` points at.
+//! What an `fmi2Component` or `fmi3Instance` points at.
 
+use crate::fmi3::Modes;
+use crate::guard::Outcome;
 use crate::logger::Logger;
 use crate::phase::Phase;
-use poropunch::cosimulation::{Slave, SlaveState};
+use poropunch::cosimulation::{Slave, SlaveState, TIME_SLACK};
 use std::collections::BTreeMap;
 use std::ffi::CString;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -21,8 +23,10 @@ pub struct Component {
     pub logger: Logger,
     /// Saved states by handle: only what is in here can be restored or freed.
     pub states: BTreeMap<usize, Saved>,
-    /// What the last `fmi2GetString` pointed at: it must live until the next call.
+    /// What the last GetString pointed at: it must live until the next call.
     pub texts: Vec<CString>,
+    /// What the master of FMI 3.0 wants; none for FMI 2.0.
+    pub modes: Option<Modes>,
 }
 
 /// A saved state with its place in the life cycle.
@@ -49,7 +53,60 @@ impl Component {
             logger,
             states: BTreeMap::new(),
             texts: Vec::new(),
+            modes: None,
         }
+    }
+
+    /// Start and stop time (s). The tolerance is not used, as is logged: `solver.tolerance` is a parameter.
+    pub fn set_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Outcome {
+        if !start.is_finite() || stop.is_some_and(|stop| stop.is_nan() || stop < start) {
+            return Err(format!("start time {start} s and stop time {stop:?} s are no interval"));
+        }
+        if let Some(tolerance) = tolerance {
+            self.logger.event(|| {
+                format!(
+                    "the tolerance {tolerance} of the experiment is not used: solver.tolerance is a parameter"
+                )
+            });
+        }
+        self.experiment = (start, stop);
+        Ok(())
+    }
+
+    /// Parameters and inputs may still be set until the end of the initialisation.
+    pub fn begin_initialisation(&mut self) -> Outcome {
+        self.phase = Phase::Initialization;
+        Ok(())
+    }
+
+    /// Builds the model.
+    pub fn initialise(&mut self) -> Outcome {
+        // Left so by a failure or a panic.
+        self.phase = Phase::Error;
+        self.slave.initialise(self.experiment.0).map_err(|e| e.to_string())?;
+        self.last_time = self.experiment.0;
+        let has_events = self.modes.as_ref().is_some_and(|modes| modes.events);
+        self.phase = if has_events { Phase::Event } else { Phase::StepComplete };
+        self.logger.event(|| format!("initialised at {} s", self.experiment.0));
+        Ok(())
+    }
+
+    /// Refuses a step that ends after the stop time.
+    pub fn check_end(&self, end: f64) -> Outcome {
+        match self.experiment.1 {
+            Some(stop) if end > stop + TIME_SLACK * stop.abs().max(1.0) => {
+                Err(format!("the step ends at {end} s, after the stop time {stop} s"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Ends the simulation with the last frame of the fields, where they are written.
+    pub fn terminate(&mut self) -> Outcome {
+        self.slave.finish().map_err(|e| e.to_string())?;
+        self.phase = Phase::Terminated;
+        self.logger.event(|| "terminated".to_owned());
+        Ok(())
     }
 
     /// As after instantiation; saved states and logging stay.
@@ -72,6 +129,14 @@ impl Component {
 
     /// Back to a saved state.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), String> {
+        let reachable = match saved.phase {
+            Phase::Configuration => self.modes.is_some(),
+            Phase::Event => self.modes.as_ref().is_some_and(|modes| modes.events),
+            _ => true,
+        };
+        if !reachable {
+            return Err(format!("an instance like this one is never in state {:?}", saved.phase));
+        }
         self.slave.restore(&saved.slave).map_err(|e| e.to_string())?;
         self.phase = saved.phase;
         self.experiment = saved.experiment;
@@ -113,6 +178,8 @@ impl Saved {
             Phase::StepComplete,
             Phase::Error,
             Phase::Terminated,
+            Phase::Configuration,
+            Phase::Event,
         ];
         let [phase, has_stop, ..] = prefix[..] else { return Err("the saved life cycle is missing".into()) };
         let phase = *phases.get(usize::from(phase)).ok_or("the saved life cycle is unknown")?;

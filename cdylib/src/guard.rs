@@ -1,11 +1,17 @@
 //! What every entry point goes through: pointer, life cycle, panics, the reason of a failure.
 
-use crate::abi::{ERROR, OK, Status};
 use crate::component::Component;
 use crate::phase::{Allowed, Phase};
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::{CStr, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
+
+/// `fmi2Status`, `fmi3Status`: their numbers are the same.
+pub type Status = c_int;
+/// Done.
+pub const OK: Status = 0;
+/// Not done; the reason is logged.
+pub const ERROR: Status = 3;
 
 /// Success, or the reason to log.
 pub type Outcome = Result<(), String>;
@@ -13,7 +19,7 @@ pub type Outcome = Result<(), String>;
 /// Runs `body` on a component, when `function` is allowed in its phase.
 ///
 /// # Safety
-/// `component` is NULL or comes from `fmi2Instantiate`, is not freed, and is used by one thread at a time.
+/// `component` is NULL or comes from an instantiation, is not freed, and is used by one thread at a time.
 pub unsafe fn call(
     component: *mut c_void,
     function: &str,
@@ -34,7 +40,7 @@ fn run(
     if !allowed.contains(&component.phase) {
         let phase = component.phase;
         component.logger.error(&format!(
-            "{function}: not allowed in state {phase:?}, only in {allowed:?}; fmi2Reset leads out of any state"
+            "{function}: not allowed in state {phase:?}, only in {allowed:?}; Reset leads out of any state"
         ));
         return ERROR;
     }
@@ -50,6 +56,32 @@ fn run(
             ERROR
         }
     }
+}
+
+/// Why an instance is refused: a name that is none, or a description of another binary.
+pub fn refusal(name: Option<&str>, asked: Option<&str>, own: &str) -> Option<String> {
+    if name.is_none_or(|name| name.trim().is_empty()) {
+        return Some("the instance name is missing or not UTF-8".to_owned());
+    }
+    let asked = asked.unwrap_or("none");
+    (asked != own).then(|| {
+        format!("GUID {asked} of modelDescription.xml is not {own} of the binary: take both from one archive")
+    })
+}
+
+/// Frees an instance and all states it still holds; NULL is ignored, and one that is just calling its master.
+///
+/// # Safety
+/// `component` is NULL or comes from an instantiation and is not used afterwards.
+pub unsafe fn free(component: *mut c_void) {
+    let component = component.cast::<Component>();
+    // SAFETY: the caller's promise.
+    if unsafe { component.as_ref() }.is_none_or(|c| c.phase == Phase::IntermediateUpdate) {
+        return;
+    }
+    // SAFETY: the pointer was made by `Box::into_raw` at the instantiation.
+    let component = unsafe { Box::from_raw(component) };
+    let _ = catch_unwind(AssertUnwindSafe(|| drop(component)));
 }
 
 /// Keeps panics off the host's stderr. The hook belongs to this library's copy of the Rust runtime.
@@ -142,10 +174,20 @@ pub unsafe fn text<'a>(text: *const c_char) -> Option<&'a str> {
     unsafe { CStr::from_ptr(text) }.to_str().ok()
 }
 
+/// C strings; errors call one of them a `what`.
+///
+/// # Safety
+/// As [`slice`] and [`text`].
+pub unsafe fn texts<'a>(array: *const *const c_char, n: usize, what: &str) -> Result<Vec<&'a str>, String> {
+    // SAFETY: the caller's promise.
+    let read = unsafe { slice(array, n)?.iter().map(|&one| text(one)).collect::<Option<_>>() };
+    read.ok_or_else(|| format!("a {what} is NULL or not UTF-8"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::abi::CallbackFunctions;
+    use crate::fmi2::abi::CallbackFunctions;
     use crate::logger::Logger;
     use crate::phase::ANY;
     use std::ptr::{null, null_mut};
@@ -158,7 +200,7 @@ mod tests {
             step_finished: null(),
             component_environment: null_mut(),
         };
-        Component::new(Logger::new(callbacks, "test", false))
+        Component::new(Logger::fmi2(callbacks, "test", false))
     }
 
     #[test]

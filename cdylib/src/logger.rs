@@ -1,20 +1,34 @@
 //! Messages to the master.
 
-use crate::abi::{CallbackFunctions, ERROR, OK, Status};
+use crate::fmi2::abi::CallbackFunctions;
+use crate::fmi3::abi::LogMessage;
+use crate::guard::{ERROR, OK, Status};
 use poropunch::model_description::{LOG_ERROR, LOG_EVENTS};
-use std::ffi::CString;
+use std::ffi::{CString, c_void};
 
-/// The master's callback, copied, with what it wants to hear.
+/// Where messages go.
+enum Sink {
+    /// The callbacks, copied, and the instance's name.
+    Fmi2(CallbackFunctions, CString),
+    /// The callback, where there is one, and what it gets back.
+    Fmi3(Option<LogMessage>, *mut c_void),
+}
+
+/// The master's callback with what it wants to hear.
 pub struct Logger {
-    callbacks: CallbackFunctions,
-    instance: CString,
+    sink: Sink,
     events: bool,
 }
 
 impl Logger {
     /// Errors are always logged, events when `logging_on`.
-    pub fn new(callbacks: CallbackFunctions, instance: &str, logging_on: bool) -> Self {
-        Self { callbacks, instance: c_string(instance), events: logging_on }
+    pub fn fmi2(callbacks: CallbackFunctions, instance: &str, logging_on: bool) -> Self {
+        Self { sink: Sink::Fmi2(callbacks, c_string(instance)), events: logging_on }
+    }
+
+    /// The same for FMI 3.0.
+    pub fn fmi3(log: Option<LogMessage>, environment: *mut c_void, logging_on: bool) -> Self {
+        Self { sink: Sink::Fmi3(log, environment), events: logging_on }
     }
 
     /// Switches categories; no category means all. Errors stay on: a failure without a reason helps nobody.
@@ -42,16 +56,28 @@ impl Logger {
     }
 
     fn send(&self, status: Status, category: &str, message: &str) {
-        let Some(logger) = self.callbacks.logger else { return };
-        let message = c_string(&escaped(message));
         let category = c_string(category);
-        let environment = self.callbacks.component_environment;
-        // SAFETY: the master guarantees that the callback outlives the component; all strings live here.
-        unsafe { logger(environment, self.instance.as_ptr(), status, category.as_ptr(), message.as_ptr()) };
+        match &self.sink {
+            Sink::Fmi2(callbacks, instance) => {
+                let Some(logger) = callbacks.logger else { return };
+                let message = c_string(&escaped(message));
+                let environment = callbacks.component_environment;
+                // SAFETY: the master guarantees that the callback outlives the component; all strings live here.
+                unsafe {
+                    logger(environment, instance.as_ptr(), status, category.as_ptr(), message.as_ptr());
+                }
+            }
+            Sink::Fmi3(log, environment) => {
+                let Some(log) = log else { return };
+                let message = c_string(message);
+                // SAFETY: as above; FMI 3.0 takes the message as it is.
+                unsafe { log(*environment, status, category.as_ptr(), message.as_ptr()) };
+            }
+        }
     }
 }
 
-/// For the master, which passes the message to C's printf, where a lone % would read arguments that are not there,
+/// For a master of FMI 2.0, which passes the message to C's printf, where a lone % would read arguments that are not there,
 /// and takes a lone # for the beginning of a value reference (FMI 2.0.5, section 2.1.5).
 fn escaped(message: &str) -> String {
     message.replace('%', "%%").replace('#', "##")
@@ -103,7 +129,7 @@ mod tests {
         let logger = unsafe {
             std::mem::transmute::<
                 unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char),
-                crate::abi::Logger,
+                crate::fmi2::abi::Logger,
             >(hear)
         };
         let callbacks = CallbackFunctions {
@@ -114,7 +140,7 @@ mod tests {
             component_environment: std::ptr::null_mut(),
         };
         let said = "fields.path a#b%20/#r12#.pvd: 100 %";
-        Logger::new(callbacks, "test", false).error(said);
+        Logger::fmi2(callbacks, "test", false).error(said);
         let heard = HEARD.with_borrow_mut(Vec::pop).unwrap();
         assert_eq!(read_by_master(&heard).as_deref(), Some(said), "{heard}");
     }

@@ -4,8 +4,9 @@
 
 use poropunch::model_description::guid;
 use poropunch::variables::by_name;
-use poropunch_fmi::abi::{CallbackFunctions, ERROR, OK, Status};
-use poropunch_fmi::*;
+use poropunch_fmi::fmi2::abi::CallbackFunctions;
+use poropunch_fmi::fmi2::*;
+use poropunch_fmi::{ERROR, OK, Status};
 use std::ffi::{CStr, CString, c_int, c_void};
 use std::ptr::{null, null_mut};
 

@@ -4,8 +4,9 @@
 
 use poropunch::model_description::guid;
 use poropunch::variables::by_name;
-use poropunch_fmi::abi::{CallbackFunctions, ERROR, OK, Status};
-use poropunch_fmi::*;
+use poropunch_fmi::fmi2::abi::CallbackFunctions;
+use poropunch_fmi::fmi2::*;
+use poropunch_fmi::{ERROR, OK, Status};
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::mem::MaybeUninit;
 use std::process::{Command, ExitStatus};
@@ -37,7 +38,7 @@ impl Host {
         let logger = unsafe {
             std::mem::transmute::<
                 unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char),
-                poropunch_fmi::abi::Logger,
+                poropunch_fmi::fmi2::abi::Logger,
             >(hear)
         };
         let callbacks = CallbackFunctions {

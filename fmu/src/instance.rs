@@ -2,7 +2,7 @@
 
 use crate::engine::{Discretised, Engine};
 use crate::fields::{Fields, FieldsError};
-use crate::motion::Path;
+use crate::motion::{Path, Reached, Stops};
 use crate::outputs::ForceSensitivity;
 use crate::specimen::Discretisation;
 use crate::{Outputs, ParameterError, Parameters, Statistics, StepError};
@@ -121,6 +121,14 @@ impl Instance {
     /// # Errors
     /// When the step cannot be made; the state is then unchanged.
     pub fn advance(&mut self, duration: f64) -> Result<(), StepError> {
+        self.advance_until(duration, Stops::default()).map(|_| ())
+    }
+
+    /// The same, but no further than to the first of what `stops` names: how long it took (s), and what is there.
+    ///
+    /// # Errors
+    /// As [`Instance::advance`].
+    pub fn advance_until(&mut self, duration: f64, stops: Stops) -> Result<(f64, Reached), StepError> {
         let target = self.state.target;
         if !(duration > 0.0 && duration.is_finite()) {
             return Err(StepError::BadDuration(duration));
@@ -133,12 +141,18 @@ impl Instance {
             return Err(StepError::TooDeep { displacement: target, sample_height });
         }
         let mut next = self.state.clone();
-        self.advance_state(&mut next, duration)?;
-        self.state = next;
-        Ok(())
+        let reached = self.advance_state(&mut next, duration, stops)?;
+        let begun = std::mem::replace(&mut self.state, next).time;
+        let is_end = matches!(reached, Reached::End) || self.state.time >= begun + duration;
+        Ok((if is_end { duration } else { self.state.time - begun }, reached))
     }
 
-    fn advance_state(&mut self, state: &mut Snapshot, duration: f64) -> Result<(), StepError> {
+    fn advance_state(
+        &mut self,
+        state: &mut Snapshot,
+        duration: f64,
+        stops: Stops,
+    ) -> Result<Reached, StepError> {
         let (mut now, mut from) = (state.time, state.outputs.displacement);
         let (end, to) = (state.time + duration, state.target);
         state.time = end;
@@ -146,34 +160,40 @@ impl Instance {
             if to > 0.0 {
                 now += duration * (-from / (to - from));
             }
+            let lands = from < 0.0 && to >= 0.0;
             // A punch that arrives at the surface within rounding has not touched it yet.
             if to <= 0.0 || now >= end {
                 state.outputs.displacement = to.min(0.0);
-                return Ok(());
+                return Ok(if lands { Reached::Contact } else { Reached::End });
+            }
+            if lands && stops.events {
+                (state.time, state.outputs.displacement) = (now, 0.0);
+                return Ok(Reached::Contact);
             }
             from = 0.0;
             let cell = self.model.parameters.load_cell();
             state.path = Some(Path::touch(self.engine.discretisation(), now).with_load_cell(&cell));
         }
-        let Some(path) = &mut state.path else { return Ok(()) };
+        let Some(path) = &mut state.path else { return Ok(Reached::End) };
         let retraction = StepError::Retraction { time: end, displacement: to };
         // Where the punch cannot leave the sample, it must not pull at it.
         let bonded = !self.engine.discretisation().separates();
         if bonded && to < 0.0 {
             return Err(retraction);
         }
+        let mut reached = Reached::End;
         if end > now {
             let Parameters { solver, geometry, .. } = self.model.parameters();
             let radius = geometry.reach();
             let statistics = &mut state.statistics;
             let discretisation = self.engine.discretisation_mut();
-            state.outputs =
-                path.advance(discretisation, solver, radius, (now, from), (end, to), statistics)?;
+            (state.outputs, state.time, reached) =
+                path.advance(discretisation, solver, radius, (now, from), (end, to), stops, statistics)?;
         }
         if bonded && state.outputs.force_specimen < -TENSION * self.engine.discretisation().force_scale() {
             return Err(retraction);
         }
-        Ok(())
+        Ok(reached)
     }
 
     /// Results at the present time.

@@ -1,7 +1,7 @@
 //! What the loader says about FMUs that cannot be used.
 
 use super::support::{archive, coarse, reference};
-use poropunch::model_description::{guid, xml};
+use poropunch::model_description::{fmi3, guid, xml};
 use runner::fmi::{FmiError, Fmu};
 use std::fs;
 use std::path::Path;
@@ -31,8 +31,10 @@ fn names_what_is_wrong_with_an_fmu() {
 
     let windows = refusal(folder(&xml(), "win64", b"").path());
     assert!(windows.contains("no binary for linux64") && windows.contains("win64"), "{windows}");
-    let fmi3 = xml().replacen("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", 1);
-    assert!(refusal(folder(&fmi3, "linux64", b"").path()).contains("the FMU is for FMI 3.0"));
+    let fmi1 = xml().replacen("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\"", 1);
+    assert!(refusal(folder(&fmi1, "linux64", b"").path()).contains("the FMU is for FMI 1.0"));
+    let fmi3 = refusal(folder(&fmi3::xml(), "linux64", b"").path());
+    assert!(fmi3.contains("no binary for x86_64-linux") && fmi3.contains("linux64"), "{fmi3}");
     let model_exchange = xml().replacen("<CoSimulation", "<ModelExchange", 1);
     assert!(refusal(folder(&model_exchange, "linux64", b"").path()).contains("no co-simulation"));
     let broken = refusal(folder("<fmiModelDescription>\n<a></b>", "linux64", b"").path());

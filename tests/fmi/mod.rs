@@ -2,6 +2,7 @@
 //! packaged archive or the loader. B, the state machine, is tested in `cdylib/tests`.
 
 mod archive;
+mod fmi3;
 mod importers;
 mod loader;
 mod parallel;

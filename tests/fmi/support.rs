@@ -1,11 +1,16 @@
 //! The packaged FMU, instances of it, and Python.
 
-use runner::fmi::{Fmu, FmuInstance, builtin_library};
+use runner::fmi::{Fmu, FmuInstance, Version, builtin_library};
 use runner::package::{Binary, write_archive};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 use tempfile::TempDir;
+
+/// This machine's library.
+pub fn own_library() -> [Binary; 1] {
+    [Binary::of_this_machine(builtin_library().unwrap())]
+}
 
 /// The archive, packaged once per test run.
 pub fn archive() -> &'static Path {
@@ -13,7 +18,19 @@ pub fn archive() -> &'static Path {
     let (_, path) = ARCHIVE.get_or_init(|| {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("poropunch.fmu");
-        write_archive(&path, &[Binary::of_this_machine(builtin_library().unwrap())]).unwrap();
+        write_archive(Version::Two, &path, &own_library()).unwrap();
+        (folder, path)
+    });
+    path
+}
+
+/// The archive of FMI 3.0.
+pub fn archive3() -> &'static Path {
+    static ARCHIVE: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
+    let (_, path) = ARCHIVE.get_or_init(|| {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("poropunch-fmi3.fmu");
+        write_archive(Version::Three, &path, &own_library()).unwrap();
         (folder, path)
     });
     path
@@ -90,6 +107,15 @@ pub fn resident_mb() -> f64 {
 
 /// Runs `importer.py`; returns its standard output.
 pub fn python(arguments: &[&str]) -> String {
+    script("importer.py", arguments)
+}
+
+/// The same of `fmi3.py`.
+pub fn python3(arguments: &[&str]) -> String {
+    script("fmi3.py", arguments)
+}
+
+fn script(name: &str, arguments: &[&str]) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let python = std::env::var_os("POROPUNCH_PYTHON").map_or(root.join(".venv/bin/python"), PathBuf::from);
     let ready = Command::new(&python).args(["-c", "import fmpy, lxml, numpy"]).output();
@@ -99,10 +125,10 @@ pub fn python(arguments: &[&str]) -> String {
          in the repository's folder, or set POROPUNCH_PYTHON to a Python that has these packages",
         python.display()
     );
-    let script = root.join("tests/fmi/python/importer.py");
+    let script = root.join("tests/fmi/python").join(name);
     let output = Command::new(&python).arg(script).args(arguments).output().unwrap();
     let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "importer.py {arguments:?}\n{stdout}\n{stderr}");
+    assert!(output.status.success(), "{name} {arguments:?}\n{stdout}\n{stderr}");
     stdout.into_owned()
 }
 

@@ -3,7 +3,9 @@
 mod interpolation;
 pub mod path;
 pub mod protocol;
+pub mod stops;
 #[cfg(test)]
 mod tests;
 
 pub use path::Path;
+pub use stops::{Reached, Stops};

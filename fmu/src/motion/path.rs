@@ -9,6 +9,7 @@
 //! the surface, and the last one before the punch lands is as long as it takes to touch.
 
 use super::interpolation::Node;
+use super::stops::{Reached, Stops};
 use crate::error::StepError;
 use crate::outputs::{Outputs, Statistics};
 use crate::sensor::{LoadCell, LoadCellParameters};
@@ -44,6 +45,8 @@ const LANDED: f64 = 0.05;
 const STANDING: f64 = 1e-30;
 /// A smaller error of a step is none.
 const NO_ERROR: f64 = 1e-12;
+/// Times this close to each other, relative to them, are one.
+const ROUNDING: f64 = 1e-14;
 /// Nodes kept for interpolation.
 pub(super) const NODES: usize = 4;
 
@@ -127,7 +130,8 @@ impl Path {
             && times.is_sorted_by(|a, b| a < b)
     }
 
-    /// Moves the punch from `from` at `now` to `to` at `end`; returns the results at `end`.
+    /// Moves the punch from `from` at `now` to `to` at `end`, or until something that `stops` names; returns the
+    /// results, the time and what it was.
     ///
     /// # Errors
     /// [`StepError::NoConvergence`]; the path is then to be discarded.
@@ -138,9 +142,10 @@ impl Path {
         solver: &SolverParameters,
         punch_radius: f64,
         (now, from): (f64, f64),
-        (end, to): (f64, f64),
+        (mut end, to): (f64, f64),
+        stops: Stops,
         statistics: &mut Statistics,
-    ) -> Result<Outputs, StepError> {
+    ) -> Result<(Outputs, f64, Reached), StepError> {
         let velocity = (to - from) / (end - now);
         if (self.piece.position(end) - to).abs() > 1e-9 * punch_radius {
             let piece = Piece { start_time: now, start: from, velocity };
@@ -157,8 +162,16 @@ impl Path {
             self.piece = piece;
         }
         let longest = (MAX_TRAVEL * punch_radius / velocity.abs().max(STANDING)).min(solver.max_step);
-        while self.ahead.as_ref().unwrap_or(&self.base).time < end * (1.0 - 1e-14) {
+        let mut displacement = to;
+        while self.ahead.as_ref().unwrap_or(&self.base).time < end * (1.0 - ROUNDING) {
             if let Some(ahead) = self.ahead.take() {
+                if ahead.time > now * (1.0 + ROUNDING)
+                    && (stops.steps || stops.events && self.changes(&ahead))
+                {
+                    (end, displacement) = (ahead.time, self.piece.position(ahead.time));
+                    self.ahead = Some(ahead);
+                    break;
+                }
                 self.follow(ahead.time);
                 self.base = ahead;
             }
@@ -170,9 +183,24 @@ impl Path {
             }
         }
         let mut outputs = self.interpolate(end);
-        outputs.displacement = to;
+        outputs.displacement = displacement;
         outputs.force = self.reading(end, &outputs);
-        Ok(outputs)
+        Ok((outputs, end, self.reached(end)))
+    }
+
+    /// Whether contact is made or lost between `base` and the state after it.
+    fn changes(&self, ahead: &State) -> bool {
+        ahead.touch.in_contact != self.base.touch.in_contact
+    }
+
+    /// What is at a time that the path has reached.
+    fn reached(&self, time: f64) -> Reached {
+        match &self.ahead {
+            Some(ahead) if (ahead.time - time).abs() > ROUNDING * time => Reached::End,
+            Some(ahead) if self.changes(ahead) => Reached::Contact,
+            Some(_) => Reached::Step,
+            None => Reached::End,
+        }
     }
 
     /// Forgets the past: the response is smooth from `node` on.
@@ -232,8 +260,8 @@ impl Path {
                 self.nodes.pop();
             }
         }
-        let unsettled = self.base.time < now * (1.0 - 1e-14);
-        while self.base.time < now * (1.0 - 1e-14) {
+        let unsettled = self.base.time < now * (1.0 - ROUNDING);
+        while self.base.time < now * (1.0 - ROUNDING) {
             let mut dt = now - self.base.time;
             let (start, velocity) = self.motion();
             let state = self.attempt(stepper, (start, velocity), &mut dt, statistics)?;

@@ -1,7 +1,7 @@
 //! `runner package`: the FMU archive, checked.
 
 use super::{CliResult, Ending};
-use crate::fmi::{PLATFORM, builtin_library};
+use crate::fmi::{PLATFORM, Version, builtin_library};
 use crate::package::{Binary, lint, lint_portable, write_archive};
 use clap::Args;
 use std::path::PathBuf;
@@ -9,9 +9,12 @@ use std::path::PathBuf;
 /// Write the FMU archive, and check it.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Where to write
-    #[arg(long, short, value_name = "FILE", default_value = "poropunch.fmu")]
-    out: PathBuf,
+    /// Where to write [default: poropunch.fmu, with --fmi 3 poropunch-fmi3.fmu]
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Version of FMI: 2, which every master knows, or 3 with arrays, events and early return
+    #[arg(long, value_name = "VERSION", value_parser = clap::value_parser!(u8).range(2..=3), default_value_t = 2)]
+    fmi: u8,
     /// A library for another platform, or instead of this machine's own: linux64, win64, darwin64, aarch64-linux
     /// (repeatable; cdylib/build-all builds them all)
     #[arg(long = "binary", value_name = "PLATFORM=FILE")]
@@ -23,13 +26,18 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    let file = arguments.check.as_ref().unwrap_or(&arguments.out);
+    let (version, name) = match arguments.fmi {
+        3 => (Version::Three, "poropunch-fmi3.fmu"),
+        _ => (Version::Two, "poropunch.fmu"),
+    };
+    let default = PathBuf::from(name);
+    let file = arguments.check.as_ref().or(arguments.out.as_ref()).unwrap_or(&default);
     if arguments.check.is_none() {
         let mut binaries = arguments.binaries.clone();
         if !binaries.iter().any(|binary| binary.platform.folder == PLATFORM) {
             binaries.push(Binary::of_this_machine(builtin_library()?));
         }
-        write_archive(file, &binaries)?;
+        write_archive(version, file, &binaries)?;
         say!("wrote {}", file.display());
     }
     let mut problems = lint(file)?;

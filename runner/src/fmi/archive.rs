@@ -1,6 +1,6 @@
 //! The files of an FMU: an archive unpacked for as long as it is used, or a folder.
 
-use super::FmiError;
+use super::{FmiError, Version};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -12,6 +12,17 @@ pub const PLATFORM: &str =
         (_, true, _) => "darwin64",
         (.., true) => "aarch64-linux",
         _ => "linux64",
+    };
+
+/// FMI 3.0 name of the platform this program runs on.
+pub const PLATFORM_TUPLE: &str =
+    match (cfg!(target_os = "windows"), cfg!(target_os = "macos"), cfg!(target_arch = "aarch64")) {
+        (true, _, true) => "aarch64-windows",
+        (true, ..) => "x86_64-windows",
+        (_, true, true) => "aarch64-darwin",
+        (_, true, _) => "x86_64-darwin",
+        (.., true) => "aarch64-linux",
+        _ => "x86_64-linux",
     };
 
 /// A folder with an FMU's files; removed with the last user where it was unpacked for the purpose.
@@ -57,10 +68,14 @@ impl Files {
     ///
     /// # Errors
     /// When there is none.
-    pub fn binary(&self, model_identifier: &str) -> Result<PathBuf, FmiError> {
+    pub fn binary(&self, version: Version, model_identifier: &str) -> Result<PathBuf, FmiError> {
+        let wanted = match version {
+            // Exporters on 64-bit arm, OpenModelica for one, write the name of x86.
+            Version::Two => [PLATFORM, "linux64"],
+            Version::Three => [PLATFORM_TUPLE; 2],
+        };
         let file = format!("{model_identifier}{}", std::env::consts::DLL_SUFFIX);
-        // Exporters on 64-bit arm, OpenModelica for one, write the name of x86.
-        let paths = [PLATFORM, "linux64"].map(|folder| self.root.join("binaries").join(folder).join(&file));
+        let paths = wanted.map(|folder| self.root.join("binaries").join(folder).join(&file));
         if let Some(path) = paths.into_iter().find(|path| path.is_file()) {
             return Ok(path);
         }
@@ -68,7 +83,12 @@ impl Files {
         let mut offered: Vec<_> = folders.map(|f| f.file_name().to_string_lossy().into_owned()).collect();
         offered.sort();
         let offered = if offered.is_empty() { "no platform".to_owned() } else { offered.join(", ") };
-        Err(FmiError::Platform { wanted: PLATFORM, file, offered })
+        Err(FmiError::Platform { wanted: wanted[0], file, offered })
+    }
+
+    /// `resources` as the path that FMI 3.0 passes.
+    pub fn resource_path(&self) -> String {
+        format!("{}{}", self.root.join("resources").display(), std::path::MAIN_SEPARATOR)
     }
 
     /// `resources` as the URI that `fmi2Instantiate` gets.

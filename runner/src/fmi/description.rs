@@ -1,23 +1,38 @@
 //! `modelDescription.xml`, read.
 
 use super::FmiError;
+use super::description3::parse3;
+use super::places::Places;
 use roxmltree::{Document, Node};
+
+/// Version of FMI.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Version {
+    /// FMI 2.0.
+    Two,
+    /// FMI 3.0.
+    Three,
+}
 
 /// What an FMU says about itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelDescription {
+    /// Version of FMI.
+    pub version: Version,
     /// Name of the model.
     pub model_name: String,
     /// Name of the binary, without extension.
     pub model_identifier: String,
-    /// Identity that binary and description must share.
+    /// Identity that binary and description must share: GUID or instantiation token.
     pub guid: String,
-    /// Variables in the order of the file.
+    /// Variables in the order of the file; every element of an array is one.
     pub variables: Vec<ScalarVariable>,
     /// What the binary can do.
     pub capabilities: Capabilities,
     /// Suggested experiment.
     pub default_experiment: DefaultExperiment,
+    /// Where the variables of FMI 3.0 are.
+    pub(super) places: Places,
 }
 
 /// Type of a variable.
@@ -107,7 +122,7 @@ impl ModelDescription {
     /// Reads the document.
     ///
     /// # Errors
-    /// When it is not XML, not FMI 2.0, not co-simulation, or an attribute is missing or no number.
+    /// When it is not XML, not FMI 2.0 or 3, not co-simulation, or an attribute is missing or no number.
     pub fn parse(xml: &str) -> Result<Self, FmiError> {
         let document = Document::parse(xml)
             .map_err(|e| FmiError::BadDescription { line: e.pos().row, reason: e.to_string() })?;
@@ -115,10 +130,15 @@ impl ModelDescription {
         if root.tag_name().name() != "fmiModelDescription" {
             return Err(bad(root, "the root element is not fmiModelDescription"));
         }
-        let version = required(root, "fmiVersion")?;
-        if version != "2.0" {
-            return Err(FmiError::Version { found: version });
+        match required(root, "fmiVersion")? {
+            version if version == "2.0" => Self::parse2(root),
+            // Minor versions of FMI 3 only add to it.
+            version if version.starts_with("3.") => parse3(root),
+            found => Err(FmiError::Version { found }),
         }
+    }
+
+    fn parse2(root: Node) -> Result<Self, FmiError> {
         let co_simulation = child(root, "CoSimulation").ok_or(FmiError::NoCoSimulation)?;
         let flag = |name| matches!(co_simulation.attribute(name), Some("true" | "1"));
         let capabilities = Capabilities {
@@ -128,14 +148,6 @@ impl ModelDescription {
             serialize_state: flag("canSerializeFMUstate"),
             only_once_per_process: flag("canBeInstantiatedOnlyOncePerProcess"),
         };
-        let default_experiment = match child(root, "DefaultExperiment") {
-            None => DefaultExperiment::default(),
-            Some(node) => DefaultExperiment {
-                start_time: number(node, "startTime")?,
-                stop_time: number(node, "stopTime")?,
-                step_size: number(node, "stepSize")?,
-            },
-        };
         let variables = child(root, "ModelVariables")
             .ok_or_else(|| bad(root, "there is no ModelVariables"))?
             .children()
@@ -143,12 +155,14 @@ impl ModelDescription {
             .map(|node| scalar_variable(root, node))
             .collect::<Result<_, _>>()?;
         Ok(Self {
+            version: Version::Two,
             model_name: required(root, "modelName")?,
             model_identifier: required(co_simulation, "modelIdentifier")?,
             guid: required(root, "guid")?,
             variables,
             capabilities,
-            default_experiment,
+            default_experiment: default_experiment(root)?,
+            places: Places::default(),
         })
     }
 
@@ -160,6 +174,15 @@ impl ModelDescription {
         let found = self.variables.iter().find(|variable| variable.name == name);
         found.ok_or_else(|| FmiError::UnknownVariable(name.to_owned()))
     }
+}
+
+pub(super) fn default_experiment(root: Node) -> Result<DefaultExperiment, FmiError> {
+    let Some(node) = child(root, "DefaultExperiment") else { return Ok(DefaultExperiment::default()) };
+    Ok(DefaultExperiment {
+        start_time: number(node, "startTime")?,
+        stop_time: number(node, "stopTime")?,
+        step_size: number(node, "stepSize")?,
+    })
 }
 
 fn scalar_variable(root: Node, node: Node) -> Result<ScalarVariable, FmiError> {
@@ -211,7 +234,7 @@ fn simple_type<'a>(root: Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
     found.children().find(Node::is_element)
 }
 
-fn items(enumeration: Node) -> Result<Vec<(String, i32)>, FmiError> {
+pub(super) fn items(enumeration: Node) -> Result<Vec<(String, i32)>, FmiError> {
     let nodes = enumeration.children().filter(|node| node.has_tag_name("Item"));
     let item = |node: Node| {
         let value = required(node, "value")?;
@@ -223,7 +246,7 @@ fn items(enumeration: Node) -> Result<Vec<(String, i32)>, FmiError> {
     nodes.map(item).collect()
 }
 
-fn display_factor(root: Node, unit: &str, display: &str) -> Result<f64, FmiError> {
+pub(super) fn display_factor(root: Node, unit: &str, display: &str) -> Result<f64, FmiError> {
     let units = child(root, "UnitDefinitions").into_iter().flat_map(|node| node.children());
     let displays = units
         .filter(|node| node.attribute("name") == Some(unit))
@@ -232,24 +255,24 @@ fn display_factor(root: Node, unit: &str, display: &str) -> Result<f64, FmiError
     Ok(displays.map(|node| number(node, "factor")).transpose()?.flatten().unwrap_or(1.0))
 }
 
-fn child<'a>(node: Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
+pub(super) fn child<'a>(node: Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
     node.children().find(|child| child.has_tag_name(name))
 }
 
-fn required(node: Node, name: &str) -> Result<String, FmiError> {
+pub(super) fn required(node: Node, name: &str) -> Result<String, FmiError> {
     let value = node.attribute(name).map(str::to_owned);
     value.ok_or_else(|| bad(node, &format!("{} has no attribute {name}", node.tag_name().name())))
 }
 
-fn number(node: Node, name: &str) -> Result<Option<f64>, FmiError> {
+pub(super) fn number(node: Node, name: &str) -> Result<Option<f64>, FmiError> {
     node.attribute(name).map(|text| parse(node, name, text)).transpose()
 }
 
-fn parse(node: Node, name: &str, text: &str) -> Result<f64, FmiError> {
+pub(super) fn parse(node: Node, name: &str, text: &str) -> Result<f64, FmiError> {
     text.trim().parse().map_err(|_| bad(node, &format!("{name}=\"{text}\" is not a number")))
 }
 
-fn bad(node: Node, reason: &str) -> FmiError {
+pub(super) fn bad(node: Node, reason: &str) -> FmiError {
     let line = node.document().text_pos_at(node.range().start).row;
     FmiError::BadDescription { line, reason: reason.to_owned() }
 }

@@ -31,7 +31,7 @@ pub enum FmiError {
         reason: String,
     },
     /// Another version of FMI.
-    #[error("the FMU is for FMI {found}; this program runs FMI 2.0 co-simulation")]
+    #[error("the FMU is for FMI {found}; this program runs FMI 2.0 and 3.0 co-simulation")]
     Version {
         /// Version found.
         found: String,
@@ -68,7 +68,7 @@ pub enum FmiError {
         /// Folders.
         looked: String,
     },
-    /// `fmi2Instantiate` returned NULL.
+    /// The instantiation returned NULL.
     #[error("the FMU refused to be instantiated: {0}")]
     Refused(String),
     /// A function returned an error.
@@ -76,7 +76,7 @@ pub enum FmiError {
     Call {
         /// Function.
         function: &'static str,
-        /// `fmi2Status`.
+        /// What the status means.
         status: String,
         /// What the FMU logged.
         messages: String,

@@ -1,17 +1,37 @@
 //! An FMU: its description and its library.
 
 use super::archive::Files;
-use super::binary::Binary;
-use super::{FmiError, FmuInstance, ModelDescription};
+use super::binary2::Binary2;
+use super::binary3::Binary3;
+use super::instance::Face;
+use super::instance2::Instance2;
+use super::instance3::Instance3;
+use super::{FmiError, FmuInstance, ModelDescription, Version};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// The functions of a library, by the version of FMI.
+#[derive(Clone)]
+enum Binary {
+    Two(Arc<Binary2>),
+    Three(Arc<Binary3>),
+}
+
+impl Binary {
+    fn load(version: Version, path: &Path) -> Result<Self, FmiError> {
+        Ok(match version {
+            Version::Two => Self::Two(Arc::new(Binary2::load(path)?)),
+            Version::Three => Self::Three(Arc::new(Binary3::load(path)?)),
+        })
+    }
+}
 
 /// A loaded FMU; clones share it.
 #[derive(Clone)]
 pub struct Fmu {
     description: Arc<ModelDescription>,
     // Dropped before the files it was loaded from.
-    binary: Arc<Binary>,
+    binary: Binary,
     files: Option<Arc<Files>>,
     location: PathBuf,
 }
@@ -20,18 +40,13 @@ impl Fmu {
     /// An `.fmu` archive, or the folder of an unpacked one.
     ///
     /// # Errors
-    /// When it is no FMI 2.0 co-simulation FMU for this machine.
+    /// When it is no FMI 2.0 or 3.0 co-simulation FMU for this machine.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FmiError> {
         let files = Files::open(path.as_ref())?;
         let description = ModelDescription::parse(&files.description()?)?;
-        let location = files.binary(&description.model_identifier)?;
-        let binary = Binary::load(&location)?;
-        Ok(Self {
-            description: Arc::new(description),
-            binary: Arc::new(binary),
-            files: Some(Arc::new(files)),
-            location,
-        })
+        let location = files.binary(description.version, &description.model_identifier)?;
+        let binary = Binary::load(description.version, &location)?;
+        Ok(Self { description: Arc::new(description), binary, files: Some(Arc::new(files)), location })
     }
 
     /// This project's own FMU: the library that cargo built beside the running program.
@@ -48,8 +63,8 @@ impl Fmu {
     /// When it cannot be loaded.
     pub fn own(location: PathBuf) -> Result<Self, FmiError> {
         let description = ModelDescription::parse(&poropunch::model_description::xml())?;
-        let binary = Binary::load(&location)?;
-        Ok(Self { description: Arc::new(description), binary: Arc::new(binary), files: None, location })
+        let binary = Binary::load(description.version, &location)?;
+        Ok(Self { description: Arc::new(description), binary, files: None, location })
     }
 
     /// What the FMU says about itself.
@@ -70,16 +85,17 @@ impl Fmu {
         FmuInstance::new(self, name)
     }
 
-    pub(super) fn binary(&self) -> &Arc<Binary> {
-        &self.binary
+    /// A new instance behind its version of FMI.
+    pub(super) fn face(&self, name: &str) -> Result<Box<dyn Face>, FmiError> {
+        let (description, files) = (&self.description, self.files.as_ref());
+        Ok(match &self.binary {
+            Binary::Two(binary) => Box::new(Instance2::new(binary, description, files, name)?),
+            Binary::Three(binary) => Box::new(Instance3::new(binary, description, files, name)?),
+        })
     }
 
     pub(super) fn shared_description(&self) -> &Arc<ModelDescription> {
         &self.description
-    }
-
-    pub(super) fn files(&self) -> Option<&Arc<Files>> {
-        self.files.as_ref()
     }
 }
 

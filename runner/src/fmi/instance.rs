@@ -1,90 +1,133 @@
-//! One instance of an FMU.
-#![allow(unsafe_code)]
+//! One instance of an FMU, whatever the version of FMI.
 
-use super::archive::Files;
-use super::binary::{Binary, Callbacks, Component, State, calloc, free};
+use super::binary2::State;
 use super::{FmiError, Fmu, ModelDescription};
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ffi::{CString, c_int};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Messages of an instance; the FMU's logger callback writes here.
 #[derive(Default)]
-struct Messages(Mutex<Vec<String>>);
+pub struct Messages(Mutex<Vec<String>>);
 
 impl Messages {
-    fn push(&self, message: String) {
+    /// One more.
+    pub fn push(&self, message: String) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(message);
     }
 
-    fn take(&self) -> Vec<String> {
+    /// All of them; none is left.
+    pub fn take(&self) -> Vec<String> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
-}
 
-unsafe extern "C" fn log(
-    environment: *mut c_void,
-    _instance: *const c_char,
-    status: c_int,
-    _category: *const c_char,
-    message: *const c_char,
-) {
-    // 0 is fmi2OK: events, not failures.
-    if environment.is_null() || message.is_null() || status == 0 {
-        return;
+    /// Why the last call failed.
+    pub fn reason(&self) -> String {
+        let messages = self.take();
+        if messages.is_empty() { "the FMU gave no reason".to_owned() } else { messages.join("; ") }
     }
-    // SAFETY: the environment is the `Messages` of the instance that called, alive until it is freed.
-    let messages = unsafe { &*environment.cast::<Messages>() };
-    // SAFETY: the standard promises a C string.
-    let text = unsafe { CStr::from_ptr(message) }.to_string_lossy().replace("%%", "%").replace("##", "#");
-    messages.push(text);
+
+    /// Turns a status into a result: warnings pass, anything worse carries the logged messages.
+    pub fn check(&self, function: &'static str, status: c_int) -> Result<(), FmiError> {
+        let status = match status {
+            0 | 1 => return Ok(()),
+            2 => "discarded".to_owned(),
+            3 => "error".to_owned(),
+            4 => "fatal error".to_owned(),
+            other => format!("status {other}"),
+        };
+        Err(FmiError::Call { function, status, messages: self.reason() })
+    }
 }
 
 /// A saved state; free it with [`FmuInstance::free_state`], or it lives as long as the instance.
 #[derive(Debug)]
-pub struct FmuState(State);
+pub struct FmuState(pub(super) State);
 
 // SAFETY: an opaque handle, only used through its instance.
+#[allow(unsafe_code)]
 unsafe impl Send for FmuState {}
+
+/// A C string.
+pub fn c_text(text: &str) -> Result<CString, FmiError> {
+    CString::new(text).map_err(|_| FmiError::Refused(format!("`{text}` contains a zero byte")))
+}
+
+/// Declares what every version of FMI does, and the same for users.
+macro_rules! face {
+    ($($(#[$doc:meta])+ $name:ident($($argument:ident: $type:ty),*) -> $result:ty;)+) => {
+        /// An instance behind one version of FMI.
+        pub trait Face: Send {
+            /// What it logged.
+            fn messages(&self) -> &Messages;
+
+            $($(#[$doc])+
+            fn $name(&mut self, $($argument: $type),*) -> Result<$result, FmiError>;)+
+        }
+
+        impl FmuInstance {
+            $($(#[$doc])+
+            ///
+            /// # Errors
+            /// As the FMU says, or when it cannot.
+            pub fn $name(&mut self, $($argument: $type),*) -> Result<$result, FmiError> {
+                self.face.$name($($argument),*)
+            })+
+        }
+    };
+}
+
+face! {
+    /// Start and, where known, stop time (s).
+    setup_experiment(start_time: f64, stop_time: Option<f64>) -> ();
+    /// Begins the initialisation.
+    enter_initialization_mode() -> ();
+    /// Ends the initialisation.
+    exit_initialization_mode() -> ();
+    /// One communication step. A discarded step is an error.
+    do_step(current_time: f64, step_size: f64) -> ();
+    /// Ends the simulation.
+    terminate() -> ();
+    /// Back to the state after instantiation, for the next parameter set.
+    reset() -> ();
+    /// Derivatives of inputs at the start of the next step; slices of one length.
+    set_input_derivatives(references: &[u32], orders: &[i32], values: &[f64]) -> ();
+    /// Saves the present state.
+    get_state() -> FmuState;
+    /// Returns to a saved state of this instance.
+    set_state(state: &FmuState) -> ();
+    /// Frees a saved state.
+    free_state(state: FmuState) -> ();
+    /// A saved state as bytes, for another process.
+    serialize_state(state: &FmuState) -> Vec<u8>;
+    /// A state from bytes.
+    deserialize_state(bytes: &[u8]) -> FmuState;
+    /// Values of variables.
+    get_real(references: &[u32]) -> Vec<f64>;
+    /// Sets variables; slices of one length.
+    set_real(references: &[u32], values: &[f64]) -> ();
+    /// Values of variables.
+    get_integer(references: &[u32]) -> Vec<i32>;
+    /// Sets variables; slices of one length.
+    set_integer(references: &[u32], values: &[i32]) -> ();
+    /// Values of variables.
+    get_boolean(references: &[u32]) -> Vec<bool>;
+    /// Sets variables; slices of one length.
+    set_boolean(references: &[u32], values: &[bool]) -> ();
+    /// Values of texts.
+    get_string(references: &[u32]) -> Vec<String>;
+    /// Sets texts; slices of one length.
+    set_string(references: &[u32], values: &[&str]) -> ();
+}
 
 /// One instance. Send: it may move between threads, but is used by one at a time.
 pub struct FmuInstance {
-    component: Component,
-    messages: Box<Messages>,
-    // The struct must stay where it is: some FMUs keep the pointer instead of a copy.
-    _callbacks: Box<Callbacks>,
-    binary: Arc<Binary>,
+    face: Box<dyn Face>,
     description: Arc<ModelDescription>,
-    _files: Option<Arc<Files>>,
 }
-
-// SAFETY: FMI allows an instance to be called from any thread, one at a time; `&mut self` sees to that.
-unsafe impl Send for FmuInstance {}
 
 impl FmuInstance {
     pub(super) fn new(fmu: &Fmu, name: &str) -> Result<Self, FmiError> {
-        let messages = Box::<Messages>::default();
-        let environment = (&raw const *messages).cast_mut().cast();
-        let callbacks = Box::new(Callbacks {
-            logger: log,
-            allocate: calloc,
-            free,
-            step_finished: std::ptr::null(),
-            environment,
-        });
-        let description = fmu.shared_description().clone();
-        let (name, guid) = (c_text(name)?, c_text(&description.guid)?);
-        let resources = fmu.files().map(|files| c_text(&files.resource_uri())).transpose()?;
-        let resources = resources.as_ref().map_or(std::ptr::null(), |uri| uri.as_ptr());
-        let binary = fmu.binary().clone();
-        // SAFETY: all strings live until the call returns; callbacks and messages as long as the component.
-        let component = unsafe {
-            (binary.instantiate)(name.as_ptr(), 1, guid.as_ptr(), resources, &raw const *callbacks, 0, 0)
-        };
-        if component.is_null() {
-            return Err(FmiError::Refused(reason(&messages)));
-        }
-        let files = fmu.files().cloned();
-        Ok(Self { component, messages, _callbacks: callbacks, binary, description, _files: files })
+        Ok(Self { face: fmu.face(name)?, description: Arc::clone(fmu.shared_description()) })
     }
 
     /// The FMU's description.
@@ -94,277 +137,6 @@ impl FmuInstance {
 
     /// Messages logged since the last call or error.
     pub fn take_messages(&self) -> Vec<String> {
-        self.messages.take()
+        self.face.messages().take()
     }
-
-    /// Turns a status into a result: warnings pass, anything worse carries the logged messages.
-    fn check(&self, function: &'static str, status: c_int) -> Result<(), FmiError> {
-        let status = match status {
-            0 | 1 => return Ok(()),
-            2 => "discarded".to_owned(),
-            3 => "error".to_owned(),
-            4 => "fatal error".to_owned(),
-            other => format!("status {other}"),
-        };
-        Err(FmiError::Call { function, status, messages: reason(&self.messages) })
-    }
-
-    /// Start and, where known, stop time (s).
-    ///
-    /// # Errors
-    /// As the FMU says; so for all functions below.
-    pub fn setup_experiment(&mut self, start_time: f64, stop_time: Option<f64>) -> Result<(), FmiError> {
-        let (defined, stop) = (c_int::from(stop_time.is_some()), stop_time.unwrap_or(0.0));
-        // SAFETY: a live component of this library; so for all calls below.
-        let status =
-            unsafe { (self.binary.setup_experiment)(self.component, 0, 0.0, start_time, defined, stop) };
-        self.check("fmi2SetupExperiment", status)
-    }
-
-    /// Begins the initialisation.
-    ///
-    /// # Errors
-    /// As the FMU says.
-    pub fn enter_initialization_mode(&mut self) -> Result<(), FmiError> {
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.enter_initialization)(self.component) };
-        self.check("fmi2EnterInitializationMode", status)
-    }
-
-    /// Ends the initialisation.
-    ///
-    /// # Errors
-    /// As the FMU says.
-    pub fn exit_initialization_mode(&mut self) -> Result<(), FmiError> {
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.exit_initialization)(self.component) };
-        self.check("fmi2ExitInitializationMode", status)
-    }
-
-    /// One communication step.
-    ///
-    /// # Errors
-    /// As the FMU says; a discarded step too.
-    pub fn do_step(&mut self, current_time: f64, step_size: f64) -> Result<(), FmiError> {
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.do_step)(self.component, current_time, step_size, 1) };
-        self.check("fmi2DoStep", status)
-    }
-
-    /// Ends the simulation.
-    ///
-    /// # Errors
-    /// As the FMU says.
-    pub fn terminate(&mut self) -> Result<(), FmiError> {
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.terminate)(self.component) };
-        self.check("fmi2Terminate", status)
-    }
-
-    /// Back to the state after instantiation, for the next parameter set.
-    ///
-    /// # Errors
-    /// As the FMU says.
-    pub fn reset(&mut self) -> Result<(), FmiError> {
-        self.messages.take();
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.reset)(self.component) };
-        self.check("fmi2Reset", status)
-    }
-
-    /// Derivatives of inputs at the start of the next step.
-    ///
-    /// # Errors
-    /// As the FMU says, or when it takes none.
-    ///
-    /// # Panics
-    /// When the slices differ in length.
-    pub fn set_input_derivatives(
-        &mut self,
-        references: &[u32],
-        orders: &[i32],
-        values: &[f64],
-    ) -> Result<(), FmiError> {
-        assert!(references.len() == orders.len() && orders.len() == values.len(), "slices differ in length");
-        let set =
-            self.binary.set_input_derivatives.filter(|_| self.description.capabilities.interpolate_inputs);
-        let set = set.ok_or(FmiError::NotSupported("take derivatives of inputs"))?;
-        // SAFETY: a live component of this library; the arrays have the stated length.
-        let status = unsafe {
-            set(self.component, references.as_ptr(), references.len(), orders.as_ptr(), values.as_ptr())
-        };
-        self.check("fmi2SetRealInputDerivatives", status)
-    }
-
-    /// Saves the present state.
-    ///
-    /// # Errors
-    /// As the FMU says, or when it cannot.
-    pub fn get_state(&mut self) -> Result<FmuState, FmiError> {
-        let get = self.binary.get_state.filter(|_| self.description.capabilities.get_and_set_state);
-        let get = get.ok_or(FmiError::NotSupported("save its state"))?;
-        let mut state = std::ptr::null_mut();
-        // SAFETY: a live component of this library; NULL asks for a new state.
-        let status = unsafe { get(self.component, &raw mut state) };
-        self.check("fmi2GetFMUstate", status)?;
-        Ok(FmuState(state))
-    }
-
-    /// Returns to a saved state of this instance.
-    ///
-    /// # Errors
-    /// As the FMU says, or when it cannot.
-    pub fn set_state(&mut self, state: &FmuState) -> Result<(), FmiError> {
-        let set = self.binary.set_state.ok_or(FmiError::NotSupported("restore its state"))?;
-        // SAFETY: a live component of this library and a state it made.
-        let status = unsafe { set(self.component, state.0) };
-        self.check("fmi2SetFMUstate", status)
-    }
-
-    /// Frees a saved state.
-    ///
-    /// # Errors
-    /// As the FMU says, or when it cannot.
-    pub fn free_state(&mut self, mut state: FmuState) -> Result<(), FmiError> {
-        let free = self.binary.free_state.ok_or(FmiError::NotSupported("free its state"))?;
-        // SAFETY: a live component of this library and a state it made.
-        let status = unsafe { free(self.component, &raw mut state.0) };
-        self.check("fmi2FreeFMUstate", status)
-    }
-
-    /// A saved state as bytes, for another process.
-    ///
-    /// # Errors
-    /// As the FMU says, or when it cannot.
-    pub fn serialize_state(&mut self, state: &FmuState) -> Result<Vec<u8>, FmiError> {
-        let missing = FmiError::NotSupported("serialise its state");
-        let (Some(size_of), Some(write)) = (self.binary.state_size, self.binary.serialize_state) else {
-            return Err(missing);
-        };
-        let mut size = 0;
-        // SAFETY: a live component of this library and a state it made.
-        let status = unsafe { size_of(self.component, state.0, &raw mut size) };
-        self.check("fmi2SerializedFMUstateSize", status)?;
-        let mut bytes = vec![0; size];
-        // SAFETY: the buffer has the size the FMU asked for.
-        let status = unsafe { write(self.component, state.0, bytes.as_mut_ptr(), size) };
-        self.check("fmi2SerializeFMUstate", status)?;
-        Ok(bytes)
-    }
-
-    /// A state from bytes.
-    ///
-    /// # Errors
-    /// As the FMU says, or when it cannot.
-    pub fn deserialize_state(&mut self, bytes: &[u8]) -> Result<FmuState, FmiError> {
-        let read = self.binary.deserialize_state.ok_or(FmiError::NotSupported("deserialise its state"))?;
-        let mut state = std::ptr::null_mut();
-        // SAFETY: a live component of this library; the buffer has the stated length.
-        let status = unsafe { read(self.component, bytes.as_ptr(), bytes.len(), &raw mut state) };
-        self.check("fmi2DeSerializeFMUstate", status)?;
-        Ok(FmuState(state))
-    }
-}
-
-/// Defines a get and a set function of one type.
-macro_rules! access {
-    ($get:ident, $set:ident, $rust:ty, $c:ty, $get_name:literal, $set_name:literal, $from:expr, $to:expr) => {
-        impl FmuInstance {
-            /// Values of variables.
-            ///
-            /// # Errors
-            /// As the FMU says.
-            pub fn $get(&mut self, references: &[u32]) -> Result<Vec<$rust>, FmiError> {
-                let mut values = vec![<$c>::default(); references.len()];
-                // SAFETY: a live component of this library; the arrays have the stated length.
-                let status = unsafe {
-                    (self.binary.$get)(
-                        self.component,
-                        references.as_ptr(),
-                        references.len(),
-                        values.as_mut_ptr(),
-                    )
-                };
-                self.check($get_name, status)?;
-                Ok(values.into_iter().map($from).collect())
-            }
-
-            /// Sets variables.
-            ///
-            /// # Errors
-            /// As the FMU says.
-            ///
-            /// # Panics
-            /// When the slices differ in length.
-            pub fn $set(&mut self, references: &[u32], values: &[$rust]) -> Result<(), FmiError> {
-                assert_eq!(references.len(), values.len(), "slices differ in length");
-                let values: Vec<$c> = values.iter().copied().map($to).collect();
-                // SAFETY: a live component of this library; the arrays have the stated length.
-                let status = unsafe {
-                    (self.binary.$set)(self.component, references.as_ptr(), references.len(), values.as_ptr())
-                };
-                self.check($set_name, status)
-            }
-        }
-    };
-}
-
-access!(get_real, set_real, f64, f64, "fmi2GetReal", "fmi2SetReal", |v| v, |v| v);
-access!(get_integer, set_integer, i32, c_int, "fmi2GetInteger", "fmi2SetInteger", |v| v, |v| v);
-access!(get_boolean, set_boolean, bool, c_int, "fmi2GetBoolean", "fmi2SetBoolean", |v| v != 0, c_int::from);
-
-impl FmuInstance {
-    /// Values of texts.
-    ///
-    /// # Errors
-    /// As the FMU says, or when it has none.
-    pub fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, FmiError> {
-        let get = self.binary.get_string.ok_or(FmiError::NotSupported("give texts"))?;
-        let mut values = vec![std::ptr::null(); references.len()];
-        // SAFETY: a live component of this library; the arrays have the stated length.
-        let status =
-            unsafe { get(self.component, references.as_ptr(), references.len(), values.as_mut_ptr()) };
-        self.check("fmi2GetString", status)?;
-        let copy = |value: *const c_char| {
-            if value.is_null() {
-                return String::new();
-            }
-            // SAFETY: not NULL, and a C string of the FMU's that lives until its next call.
-            unsafe { CStr::from_ptr(value) }.to_string_lossy().into_owned()
-        };
-        Ok(values.into_iter().map(copy).collect())
-    }
-
-    /// Sets texts.
-    ///
-    /// # Errors
-    /// As the FMU says, or when it takes none.
-    ///
-    /// # Panics
-    /// When the slices differ in length.
-    pub fn set_string(&mut self, references: &[u32], values: &[&str]) -> Result<(), FmiError> {
-        assert_eq!(references.len(), values.len(), "slices differ in length");
-        let set = self.binary.set_string.ok_or(FmiError::NotSupported("take texts"))?;
-        let texts: Vec<CString> = values.iter().map(|value| c_text(value)).collect::<Result<_, _>>()?;
-        let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
-        // SAFETY: a live component of this library; the arrays have the stated length and outlive the call.
-        let status = unsafe { set(self.component, references.as_ptr(), references.len(), pointers.as_ptr()) };
-        self.check("fmi2SetString", status)
-    }
-}
-
-impl Drop for FmuInstance {
-    fn drop(&mut self) {
-        // SAFETY: a live component of this library, not used afterwards.
-        unsafe { (self.binary.free_instance)(self.component) };
-    }
-}
-
-fn c_text(text: &str) -> Result<CString, FmiError> {
-    CString::new(text).map_err(|_| FmiError::Refused(format!("`{text}` contains a zero byte")))
-}
-
-fn reason(messages: &Messages) -> String {
-    let messages = messages.take();
-    if messages.is_empty() { "the FMU gave no reason".to_owned() } else { messages.join("; ") }
 }

@@ -1,4 +1,4 @@
-//! Loads and drives FMI 2.0 co-simulation FMUs: ours and anybody's.
+//! Loads and drives FMI 2.0 and 3.0 co-simulation FMUs: ours and anybody's.
 //!
 //! ```text
 //! Fmu::open(path) -> description() -> instantiate(name) -> set, initialise, do_step, get -> reset, again
@@ -6,14 +6,22 @@
 //! One shared library serves all instances; an instance may move between threads.
 
 mod archive;
-mod binary;
+mod binary2;
+mod binary3;
 mod description;
+mod description3;
 mod error;
 mod fmu;
 mod instance;
+mod instance2;
+mod instance3;
+mod places;
+mod symbols;
 
-pub use archive::{Files, PLATFORM, read_description};
-pub use description::{Capabilities, DefaultExperiment, ModelDescription, ScalarVariable, VariableKind};
+pub use archive::{Files, PLATFORM, PLATFORM_TUPLE, read_description};
+pub use description::{
+    Capabilities, DefaultExperiment, ModelDescription, ScalarVariable, VariableKind, Version,
+};
 pub use error::FmiError;
 pub use fmu::{Fmu, builtin_library};
 pub use instance::{FmuInstance, FmuState};

@@ -1,12 +1,13 @@
 //! The archive, the same byte for byte whenever its contents are the same.
 
 use super::documentation::documentation;
+use super::documentation3::documentation3;
 use super::platform::Binary;
 use super::reference::reference_files;
-use crate::fmi::FmiError;
+use crate::fmi::{FmiError, Version};
 use crate::output::mark::words;
 use crate::output::{OutputError, write_file};
-use poropunch::model_description::{MODEL_IDENTIFIER, xml};
+use poropunch::model_description::{MODEL_IDENTIFIER, fmi3, xml};
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -55,23 +56,29 @@ const LICENSE_NOTE: &[u8] = b"poropunch is licensed under MIT OR Apache-2.0, at 
 ///
 /// # Errors
 /// When a library cannot be read, is one of two for a platform, or the archive cannot be written.
-pub fn write_archive(path: &Path, binaries: &[Binary]) -> Result<(), PackageError> {
+pub fn write_archive(version: Version, path: &Path, binaries: &[Binary]) -> Result<(), PackageError> {
     let io = |path: &Path| {
         let path = path.to_path_buf();
         move |source| PackageError::Io { path, source }
     };
     let mut libraries = BTreeMap::new();
     for Binary { platform, library } in binaries {
-        let name = format!("binaries/{}/{MODEL_IDENTIFIER}{}", platform.folder, platform.suffix);
         let contents = std::fs::read(library).map_err(io(library))?;
-        if libraries.insert(name, contents).is_some() {
-            return Err(PackageError::Twice(platform.folder));
+        for folder in platform.folders(version) {
+            let name = format!("binaries/{folder}/{MODEL_IDENTIFIER}{}", platform.suffix);
+            if libraries.insert(name, contents.clone()).is_some() {
+                return Err(PackageError::Twice(platform.folder));
+            }
         }
     }
-    let (description, documentation, reference) = (xml(), documentation(), reference_files()?);
+    let (description, documentation, icon) = match version {
+        Version::Two => (xml(), documentation(), "model.png"),
+        Version::Three => (fmi3::xml(), documentation3(), "terminalsAndIcons/icon.png"),
+    };
+    let (terminals, reference) = (fmi3::terminals(), reference_files()?);
     let mut entries: Vec<(&str, &[u8])> = vec![
         ("modelDescription.xml", description.as_bytes()),
-        ("model.png", ICON),
+        (icon, ICON),
         ("documentation/index.html", documentation.as_bytes()),
         ("documentation/licenses/license.txt", LICENSE_NOTE),
         ("documentation/licenses/LICENSE-MIT.txt", LICENSE_MIT),
@@ -79,7 +86,13 @@ pub fn write_archive(path: &Path, binaries: &[Binary]) -> Result<(), PackageErro
         (LICENSES, LICENSES_LINKED),
     ];
     entries.extend(libraries.iter().map(|(name, contents)| (name.as_str(), contents.as_slice())));
-    entries.extend(reference.iter().map(|(name, contents)| (name.as_str(), contents.as_slice())));
+    match version {
+        // Its parameters have the names of FMI 2.0.
+        Version::Two => {
+            entries.extend(reference.iter().map(|(name, contents)| (name.as_str(), contents.as_slice())))
+        }
+        Version::Three => entries.push(("terminalsAndIcons/terminalsAndIcons.xml", terminals.as_bytes())),
+    }
     // No clock and no user in the archive: equal contents give equal bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)

@@ -43,23 +43,27 @@ pub fn documentation() -> String {
              <th>meaning</th></tr>\n{rows}</table>\n"
         )
     };
+    let sections = section("Inputs", Causality::Input)
+        + &section("Outputs", Causality::Output)
+        + &section("Parameters", Causality::Parameter);
+    page(USE, &(fields() + &sections))
+}
+
+/// A page: how the FMU is used, and tables.
+pub(super) fn page(usage: &str, tables: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>poropunch</title>\
          <style>{STYLE}</style></head><body>\n<h1>poropunch {}</h1>\n\
          <p>A flat cylindrical punch is pressed into a soft, water-saturated disc: finite-strain biphasic \
          theory, Ogden equilibrium, viscous branches, Darcy flow. SI units; displacement and force are \
          positive into the sample. A branch with <code>mu = 0</code> is absent. The punch may \
-         retract and touch again; it never pulls at the sample.</p>\n{USE}{}{}{}{}</body></html>\n",
+         retract and touch again; it never pulls at the sample.</p>\n{usage}{tables}</body></html>\n",
         env!("CARGO_PKG_VERSION"),
-        fields(),
-        section("Inputs", Causality::Input),
-        section("Outputs", Causality::Output),
-        section("Parameters", Causality::Parameter),
     )
 }
 
 /// What a series of fields holds.
-fn fields() -> String {
+pub(super) fn fields() -> String {
     let row = |q: &poropunch::fields::Quantity| {
         format!("<tr><td><code>{}</code></td><td>{}</td><td>{}</td></tr>\n", q.name, q.unit, q.description)
     };
@@ -73,7 +77,8 @@ fn fields() -> String {
     )
 }
 
-fn row(variable: &Variable) -> String {
+/// A variable's start value, range and unit, for people.
+pub(super) fn start(variable: &Variable) -> (String, String, String) {
     let (range, unit) = match variable.kind {
         Kind::Real { unit, range } => {
             let shown = if unit.display == unit.symbol {
@@ -99,8 +104,17 @@ fn row(variable: &Variable) -> String {
         (_, Value::Integer(v)) => v.to_string(),
         (_, Value::Boolean(v)) => v.to_string(),
         (_, Value::Text(v)) => format!("\"{v}\""),
+        (_, Value::Count(v)) => v.to_string(),
     };
-    let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    (start, range, unit)
+}
+
+pub(super) fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+fn row(variable: &Variable) -> String {
+    let (start, range, unit) = start(variable);
     format!(
         "<tr><td><code>{}</code></td><td>{start}</td><td>{range}</td><td>{unit}</td><td>{}</td></tr>\n",
         escape(variable.name),

@@ -2,7 +2,8 @@
 
 use super::archive::LICENSES;
 use super::binaries::lint_binaries;
-use crate::fmi::{Files, FmiError, Fmu, ModelDescription, VariableKind, read_description};
+use super::lint3;
+use crate::fmi::{Files, FmiError, Fmu, ModelDescription, VariableKind, Version, read_description};
 use roxmltree::{Document, Node};
 use std::collections::HashSet;
 use std::path::Path;
@@ -68,9 +69,19 @@ pub fn lint_description(xml: &str) -> Result<Vec<String>, FmiError> {
     let root = document.root_element();
     let mut problems = Vec::new();
     lint_variables(&description, &mut problems);
-    lint_structure(&description, root, &mut problems);
+    match description.version {
+        Version::Two => {
+            lint_structure(&description, root, &mut problems);
+            lint_real_units(&description, &mut problems);
+            lint_importers(root, &mut problems);
+        }
+        Version::Three => {
+            lint3::lint_structure(root, &mut problems);
+            lint3::lint_variables(&description, root, &mut problems);
+        }
+    }
     lint_units(&description, root, &mut problems);
-    lint_importers(root, &mut problems);
+    lint_experiment(root, &mut problems);
     let capabilities = description.capabilities;
     if capabilities.serialize_state && !capabilities.get_and_set_state {
         problems.push("canSerializeFMUstate without canGetAndSetFMUstate".to_owned());
@@ -155,15 +166,20 @@ fn lint_structure(description: &ModelDescription, root: Node, problems: &mut Vec
     }
 }
 
+fn lint_real_units(description: &ModelDescription, problems: &mut Vec<String>) {
+    for variable in description.variables.iter().filter(|v| v.kind == VariableKind::Real) {
+        if variable.unit.is_none() {
+            problems.push(format!("{}: no unit", variable.name));
+        }
+    }
+}
+
 fn lint_units(description: &ModelDescription, root: Node, problems: &mut Vec<String>) {
     let units: HashSet<String> = names(root, "UnitDefinitions", "Unit").into_iter().collect();
     for variable in &description.variables {
         let name = &variable.name;
         if variable.unit.as_ref().is_some_and(|unit| !units.contains(unit)) {
             problems.push(format!("{name}: its unit is not defined"));
-        }
-        if variable.kind == VariableKind::Real && variable.unit.is_none() {
-            problems.push(format!("{name}: no unit"));
         }
         if let (Some(unit), Some(display)) = (&variable.unit, &variable.display_unit) {
             let defined = root.descendants().filter(|n| n.has_tag_name("Unit")).any(|n| {
@@ -199,6 +215,17 @@ fn lint_importers(root: Node, problems: &mut Vec<String>) {
             problems.push(format!("{}: no nominal value", variable.attribute("name").unwrap_or_default()));
         }
     }
+    let mut described = HashSet::new();
+    for variable in all("ScalarVariable") {
+        let (name, text) = (variable.attribute("name"), variable.attribute("description"));
+        if text.is_some_and(|text| !described.insert(text)) {
+            problems.push(format!("{}: the description of another", name.unwrap_or_default()));
+        }
+    }
+}
+
+fn lint_experiment(root: Node, problems: &mut Vec<String>) {
+    let all = |tag: &'static str| root.descendants().filter(move |node| node.has_tag_name(tag));
     for base in all("Unit").filter(|unit| unit.attribute("name") == Some("rad")) {
         if !base.children().any(|child| child.attribute("rad") == Some("1")) {
             problems.push("unit rad: no rad=\"1\" in its BaseUnit".to_owned());
@@ -207,13 +234,6 @@ fn lint_importers(root: Node, problems: &mut Vec<String>) {
     for name in ["stopTime", "tolerance", "stepSize"] {
         if !all("DefaultExperiment").any(|node| node.attribute(name).is_some()) {
             problems.push(format!("DefaultExperiment: no {name}"));
-        }
-    }
-    let mut described = HashSet::new();
-    for variable in all("ScalarVariable") {
-        let (name, text) = (variable.attribute("name"), variable.attribute("description"));
-        if text.is_some_and(|text| !described.insert(text)) {
-            problems.push(format!("{}: the description of another", name.unwrap_or_default()));
         }
     }
 }

@@ -3,11 +3,14 @@
 mod archive;
 mod binaries;
 mod documentation;
+mod documentation3;
 mod lint;
+mod lint3;
 mod platform;
 mod reference;
 
 pub use archive::{PackageError, write_archive};
 pub use documentation::documentation;
+pub use documentation3::documentation3;
 pub use lint::{lint, lint_description, lint_portable};
 pub use platform::{BadBinary, Binary, PLATFORMS, Platform};

@@ -1,6 +1,6 @@
 //! The platforms an archive can have binaries for.
 
-use crate::fmi::PLATFORM;
+use crate::fmi::{PLATFORM, Version};
 use object::{Architecture, BinaryFormat};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -65,6 +65,18 @@ impl Platform {
     /// The platform of a folder's name.
     pub fn of(folder: &str) -> Option<&'static Self> {
         PLATFORMS.iter().find(|platform| platform.folder == folder)
+    }
+}
+
+impl Platform {
+    /// Folders of an archive in which its library lies: FMI 3.0 has other names, and one for each machine of a universal library.
+    pub fn folders(&'static self, version: Version) -> Vec<&'static str> {
+        match (version, self.folder) {
+            (Version::Three, "linux64") => vec!["x86_64-linux"],
+            (Version::Three, "win64") => vec!["x86_64-windows"],
+            (Version::Three, "darwin64") => vec!["x86_64-darwin", "aarch64-darwin"],
+            (_, folder) => vec![folder],
+        }
     }
 }
 

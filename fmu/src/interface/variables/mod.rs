@@ -3,6 +3,8 @@
 //! The FMU's value references, `modelDescription.xml`, the command line, files and reports all
 //! come from [`table`]. To add a variable, add one entry in `table.rs`.
 
+pub mod history;
+pub mod ports;
 pub mod sensitivities;
 mod settings;
 mod table;
@@ -46,6 +48,21 @@ pub enum Value {
     Boolean(bool),
     /// String.
     Text(String),
+    /// Size of an array.
+    Count(u64),
+}
+
+impl Value {
+    /// Name of its type.
+    pub(crate) fn type_name(&self) -> &'static str {
+        match self {
+            Self::Real(_) => "Real",
+            Self::Integer(_) => "Integer",
+            Self::Boolean(_) => "Boolean",
+            Self::Text(_) => "String",
+            Self::Count(_) => "UInt64",
+        }
+    }
 }
 
 /// Named values, numbered from 1.
@@ -147,6 +164,20 @@ pub enum VariableError {
         /// Type asked for.
         asked: &'static str,
     },
+    /// An array with fewer values than it has elements.
+    #[error("{name} has more elements than there are values")]
+    TooFew {
+        /// Name.
+        name: String,
+    },
+    /// Values that belong to no variable.
+    #[error("{given} values for {elements} elements")]
+    Count {
+        /// Values of the call.
+        given: usize,
+        /// Elements of its variables.
+        elements: usize,
+    },
     /// Outputs cannot be set.
     #[error("{0} is an output and cannot be set")]
     ReadOnly(String),
@@ -226,6 +257,7 @@ impl Variable {
             Value::Integer(v) => f64::from(v),
             Value::Boolean(v) => f64::from(u8::from(v)),
             Value::Text(_) => f64::NAN,
+            Value::Count(v) => v as f64,
         }
     }
 
@@ -269,13 +301,7 @@ impl Variable {
     }
 
     pub(crate) fn wrong_type(&self, asked: &Value) -> VariableError {
-        let asked = match asked {
-            Value::Real(_) => "Real",
-            Value::Integer(_) => "Integer",
-            Value::Boolean(_) => "Boolean",
-            Value::Text(_) => "String",
-        };
-        VariableError::WrongType { name: self.name.to_owned(), asked }
+        VariableError::WrongType { name: self.name.to_owned(), asked: asked.type_name() }
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the variables are bound to: everything settable, and everything readable.
 
+use super::history::History;
 use super::{Binding, Causality, Kind, Variable, VariableError, table};
 use crate::interface::recording::FieldSettings;
 use crate::law::parameters::{BranchParameters, OgdenParameters};
@@ -39,6 +40,8 @@ pub struct Settings {
     pub source: ProtocolSource,
     /// The built-in protocol.
     pub trapezoid: Trapezoid,
+    /// The user's own motion.
+    pub history: History,
     /// Where fields are written.
     pub fields: FieldSettings,
     /// Numbers of the enumerations' items, in the table's order, where they were set as integers; else 0.
@@ -57,6 +60,7 @@ impl Default for Settings {
             padded,
             source: ProtocolSource::default(),
             trapezoid: Trapezoid::default(),
+            history: History::default(),
             fields: FieldSettings::default(),
             numbers: [0; CHOICES],
             displacement: 0.0,
@@ -97,6 +101,7 @@ impl Settings {
         for variable in table().iter().filter(|v| v.causality != Causality::Output) {
             variable.check(&variable.get(self, &readings))?;
         }
+        self.history.validate()?;
         Ok(self.validate_branches()?)
     }
 
@@ -161,6 +166,9 @@ pub enum SettingsError {
     /// Another number of viscous branches than the table has.
     #[error("another number of viscous branches")]
     Branches,
+    /// A history that is none.
+    #[error("a displacement history without points, or with numbers that are none")]
+    History,
     /// A value out of its range.
     #[error(transparent)]
     Variable(#[from] VariableError),

@@ -1,20 +1,12 @@
 //! Types of the FMI 2.0.5 headers (`fmi2TypesPlatform.h`, `fmi2FunctionTypes.h`).
 
+use crate::guard::Status;
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
 /// `fmi2Boolean`: 0 is false.
 pub type Boolean = c_int;
 /// `fmi2ValueReference`.
 pub type ValueReference = c_uint;
-/// `fmi2Status`.
-pub type Status = c_int;
-/// `fmi2FMUstate`: here a token, never dereferenced.
-pub type FmuState = *mut c_void;
-
-/// `fmi2OK`.
-pub const OK: Status = 0;
-/// `fmi2Error`.
-pub const ERROR: Status = 3;
 
 /// `fmi2CoSimulation` of `fmi2Type`.
 pub const CO_SIMULATION: c_int = 1;

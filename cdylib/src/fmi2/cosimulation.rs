@@ -1,11 +1,10 @@
 //! The 9 functions of co-simulation (`fmi2Functions.h`).
-// SAFETY of all functions here: as in entry_common.rs.
+// SAFETY of all functions here: as in common.rs.
 #![allow(clippy::missing_safety_doc)]
 
-use crate::abi::{Boolean, ERROR, OK, Status, ValueReference};
-use crate::guard::{Outcome, call, slice, write};
+use super::abi::{Boolean, ValueReference};
+use crate::guard::{ERROR, OK, Outcome, Status, call, slice, write};
 use crate::phase::{AFTER_START, ANY, Phase, SETTABLE, STEP_COMPLETE};
-use poropunch::cosimulation::TIME_SLACK;
 use std::ffi::{c_char, c_int, c_void};
 
 /// Sets the velocity of the punch for the next step: first derivative of `displacement`.
@@ -60,12 +59,7 @@ pub unsafe extern "C" fn fmi2DoStep(
         call(component, "fmi2DoStep", STEP_COMPLETE, |c| {
             // Left so by a failure or a panic.
             c.phase = Phase::Error;
-            if let Some(stop) = c.experiment.1 {
-                let end = current_time + step_size;
-                if end > stop + TIME_SLACK * stop.abs().max(1.0) {
-                    return Err(format!("the step ends at {end} s, after the stop time {stop} s"));
-                }
-            }
+            c.check_end(current_time + step_size)?;
             c.slave.step(current_time, step_size).map_err(|e| e.to_string())?;
             c.last_time = current_time + step_size;
             c.phase = Phase::StepComplete;

@@ -1,10 +1,8 @@
-//! The shared library: its functions, looked up once.
+//! The functions of an FMI 2.0 library.
 #![allow(unsafe_code)]
 
-use super::FmiError;
-use libloading::Library;
+use super::symbols::functions;
 use std::ffi::{c_char, c_int, c_void};
-use std::path::Path;
 
 /// `fmi2Component`.
 pub type Component = *mut c_void;
@@ -27,47 +25,7 @@ type Get<T> = unsafe extern "C" fn(Component, *const u32, usize, *mut T) -> c_in
 type Set<T> = unsafe extern "C" fn(Component, *const u32, usize, *const T) -> c_int;
 type Plain = unsafe extern "C" fn(Component) -> c_int;
 
-/// Declares the table of functions and how it is filled from a library.
-macro_rules! functions {
-    ($($(#[$optional:ident])? $field:ident: $symbol:literal as $signature:ty;)+) => {
-        /// The functions this program calls; the library stays loaded as long as they exist.
-        pub struct Binary {
-            $(pub $field: functions!(@type $($optional)? $signature),)+
-            _library: Library,
-        }
-
-        impl Binary {
-            /// Loads a library and looks up all functions.
-            pub fn load(path: &Path) -> Result<Self, FmiError> {
-                // SAFETY: running a foreign library's initialisers is what loading an FMU means.
-                let library = unsafe { Library::new(path) }.map_err(|e| FmiError::Load {
-                    path: path.to_path_buf(),
-                    reason: e.to_string(),
-                })?;
-                // SAFETY: the signatures are those of the FMI 2.0 headers; the pointers live in the struct
-                // that owns the library.
-                unsafe {
-                    Ok(Self {
-                        $($field: functions!(@load $($optional)? library, $symbol, $signature),)+
-                        _library: library,
-                    })
-                }
-            }
-        }
-    };
-    (@type optional $signature:ty) => { Option<$signature> };
-    (@type $signature:ty) => { $signature };
-    (@load optional $library:ident, $symbol:literal, $signature:ty) => {
-        $library.get::<$signature>($symbol).ok().map(|symbol| *symbol)
-    };
-    (@load $library:ident, $symbol:literal, $signature:ty) => {
-        *$library
-            .get::<$signature>($symbol)
-            .map_err(|_| FmiError::MissingSymbol($symbol.to_owned()))?
-    };
-}
-
-functions! {
+functions! { Binary2:
     instantiate: "fmi2Instantiate" as unsafe extern "C" fn(
         *const c_char, c_int, *const c_char, *const c_char, *const Callbacks, c_int, c_int) -> Component;
     free_instance: "fmi2FreeInstance" as unsafe extern "C" fn(Component);

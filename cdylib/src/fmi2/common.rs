@@ -3,11 +3,12 @@
 // pointers (valid or NULL, arrays of the stated length, one thread at a time per component).
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
-use crate::abi::{Boolean, CO_SIMULATION, CallbackFunctions, FmuState, Status, ValueReference};
-use crate::component::{Component, Saved};
-use crate::guard::{self, bytes, call, slice, text, write, write_each};
+use super::abi::{Boolean, CO_SIMULATION, CallbackFunctions, ValueReference};
+use crate::component::Component;
+use crate::guard::{self, Status, call, slice, text, texts, write_each};
 use crate::logger::Logger;
-use crate::phase::{ANY, GETTABLE, INITIALIZATION, INSTANTIATED, Phase, SETTABLE, STEP_COMPLETE};
+use crate::phase::{ANY, GETTABLE, INITIALIZATION, INSTANTIATED, SETTABLE, STEP_COMPLETE};
+use crate::states::{self, FmuState};
 use poropunch::model_description::guid;
 use poropunch::variables::Value;
 use std::ffi::{CString, c_char, c_int, c_void};
@@ -36,8 +37,7 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
     // SAFETY: see the top of this file.
     unsafe {
         call(component, "fmi2SetDebugLogging", ANY, |c| {
-            let names: Option<Vec<&str>> = slice(categories, n)?.iter().map(|&name| text(name)).collect();
-            c.logger.select(logging_on != 0, &names.ok_or("a log category is NULL or not UTF-8")?)
+            c.logger.select(logging_on != 0, &texts(categories, n, "log category")?)
         })
     }
 }
@@ -58,20 +58,11 @@ pub unsafe extern "C" fn fmi2Instantiate(
         // SAFETY: see the top of this file. The callbacks are copied: they are only valid during this call.
         let (name, asked, callbacks) =
             unsafe { (text(instance_name), text(fmu_guid), functions.as_ref().copied()?) };
-        let name = name.filter(|name| !name.trim().is_empty());
-        let logger = Logger::new(callbacks, name.unwrap_or("unnamed"), logging_on != 0);
-        let refusal = if name.is_none() {
-            Some("the instance name is missing or not UTF-8".to_owned())
-        } else if kind != CO_SIMULATION {
-            Some("this FMU offers co-simulation only, not model exchange".to_owned())
-        } else if asked != Some(guid()) {
-            let asked = asked.unwrap_or("none");
-            Some(format!(
-                "GUID {asked} of modelDescription.xml is not {} of the binary: take both from one archive",
-                guid()
-            ))
+        let logger = Logger::fmi2(callbacks, name.unwrap_or("unnamed"), logging_on != 0);
+        let refusal = if kind == CO_SIMULATION {
+            guard::refusal(name, asked, guid())
         } else {
-            None
+            Some("this FMU offers co-simulation only, not model exchange".to_owned())
         };
         if let Some(reason) = refusal {
             logger.error(&format!("fmi2Instantiate: {reason}"));
@@ -89,12 +80,8 @@ pub unsafe extern "C" fn fmi2Instantiate(
 /// Frees an instance and all states it still holds; NULL is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(component: *mut c_void) {
-    if component.is_null() {
-        return;
-    }
-    // SAFETY: see the top of this file; the pointer was made by `Box::into_raw` in fmi2Instantiate.
-    let component = unsafe { Box::from_raw(component.cast::<Component>()) };
-    let _ = catch_unwind(std::panic::AssertUnwindSafe(|| drop(component)));
+    // SAFETY: see the top of this file; the pointer was made by fmi2Instantiate.
+    unsafe { guard::free(component) };
 }
 
 /// Start and stop time. The tolerance is not used, as is logged: `solver.tolerance` is a parameter.
@@ -110,17 +97,8 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     // SAFETY: see the top of this file.
     unsafe {
         call(component, "fmi2SetupExperiment", INSTANTIATED, |c| {
-            let stop = (stop_time_defined != 0).then_some(stop_time);
-            if !start_time.is_finite() || stop.is_some_and(|stop| stop.is_nan() || stop < start_time) {
-                return Err(format!("start time {start_time} s and stop time {stop:?} s are no interval"));
-            }
-            if tolerance_defined != 0 {
-                c.logger.event(|| {
-                    format!("the tolerance {tolerance} of the experiment is not used: solver.tolerance is a parameter")
-                });
-            }
-            c.experiment = (start_time, stop);
-            Ok(())
+            let tolerance = (tolerance_defined != 0).then_some(tolerance);
+            c.set_experiment(tolerance, start_time, (stop_time_defined != 0).then_some(stop_time))
         })
     }
 }
@@ -129,43 +107,21 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2EnterInitializationMode(component: *mut c_void) -> Status {
     // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2EnterInitializationMode", INSTANTIATED, |c| {
-            c.phase = Phase::Initialization;
-            Ok(())
-        })
-    }
+    unsafe { call(component, "fmi2EnterInitializationMode", INSTANTIATED, Component::begin_initialisation) }
 }
 
 /// Builds the model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut c_void) -> Status {
     // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2ExitInitializationMode", INITIALIZATION, |c| {
-            // Left so by a failure or a panic.
-            c.phase = Phase::Error;
-            c.slave.initialise(c.experiment.0).map_err(|e| e.to_string())?;
-            c.last_time = c.experiment.0;
-            c.phase = Phase::StepComplete;
-            c.logger.event(|| format!("initialised at {} s", c.experiment.0));
-            Ok(())
-        })
-    }
+    unsafe { call(component, "fmi2ExitInitializationMode", INITIALIZATION, Component::initialise) }
 }
 
 /// Ends the simulation with the last frame of the fields, where they are written; results can still be read.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Terminate(component: *mut c_void) -> Status {
     // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2Terminate", STEP_COMPLETE, |c| {
-            c.slave.finish().map_err(|e| e.to_string())?;
-            c.phase = Phase::Terminated;
-            c.logger.event(|| "terminated".to_owned());
-            Ok(())
-        })
-    }
+    unsafe { call(component, "fmi2Terminate", STEP_COMPLETE, Component::terminate) }
 }
 
 /// Back to the state after `fmi2Instantiate`, from anywhere.
@@ -270,10 +226,10 @@ pub unsafe extern "C" fn fmi2SetString(
     // SAFETY: see the top of this file.
     unsafe {
         call(component, "fmi2SetString", SETTABLE, |c| {
-            let (references, values) = (slice(references, n)?, slice(values, n)?);
-            let texts: Option<Vec<&str>> = values.iter().map(|&value| text(value)).collect();
-            let texts = texts.ok_or("a text is NULL or not UTF-8")?;
-            let pairs = references.iter().zip(texts).map(|(&r, text)| (r, Value::Text(text.to_owned())));
+            let pairs = slice(references, n)?
+                .iter()
+                .zip(texts(values, n, "text")?)
+                .map(|(&r, text)| (r, Value::Text(text.to_owned())));
             c.slave.set(&pairs.collect::<Vec<_>>()).map_err(|e| e.to_string())
         })
     }
@@ -283,51 +239,21 @@ pub unsafe extern "C" fn fmi2SetString(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(component: *mut c_void, state: *mut FmuState) -> Status {
     // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2GetFMUstate", ANY, |c| {
-            // The one handle that goes in and out: the standard wants a copy to be overwritten.
-            let present = *state.as_ref().ok_or("the pointer to the state is NULL")?;
-            let saved = c.save();
-            if present.is_null() {
-                return write(state, c.keep(saved) as FmuState);
-            }
-            *c.states.get_mut(&(present as usize)).ok_or(UNKNOWN_STATE)? = saved;
-            Ok(())
-        })
-    }
-}
-
-const UNKNOWN_STATE: &str = "the state is not one of this instance, or is freed already";
-
-/// The state behind a handle.
-fn saved(component: &Component, state: FmuState) -> Result<&Saved, String> {
-    component.states.get(&(state as usize)).ok_or_else(|| UNKNOWN_STATE.to_owned())
+    unsafe { call(component, "fmi2GetFMUstate", ANY, |c| states::get(c, state)) }
 }
 
 /// Back to a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(component: *mut c_void, state: FmuState) -> Status {
     // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2SetFMUstate", ANY, |c| {
-            let saved = saved(c, state)?.clone();
-            c.restore(&saved)
-        })
-    }
+    unsafe { call(component, "fmi2SetFMUstate", ANY, |c| states::set(c, state)) }
 }
 
 /// Frees a saved state and sets the handle to NULL; NULL is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeFMUstate(component: *mut c_void, state: *mut FmuState) -> Status {
     // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2FreeFMUstate", ANY, |c| {
-            let Some(state) = state.as_mut().filter(|state| !state.is_null()) else { return Ok(()) };
-            c.states.remove(&(*state as usize)).ok_or(UNKNOWN_STATE)?;
-            *state = std::ptr::null_mut();
-            Ok(())
-        })
-    }
+    unsafe { call(component, "fmi2FreeFMUstate", ANY, |c| states::free(c, state)) }
 }
 
 /// Bytes that `fmi2SerializeFMUstate` will write.
@@ -338,11 +264,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     size: *mut usize,
 ) -> Status {
     // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2SerializedFMUstateSize", ANY, |c| {
-            write(size, saved(c, state)?.to_bytes()?.len())
-        })
-    }
+    unsafe { call(component, "fmi2SerializedFMUstateSize", ANY, |c| states::size(c, state, size)) }
 }
 
 /// Writes a saved state, valid in another process.
@@ -354,15 +276,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     size: usize,
 ) -> Status {
     // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2SerializeFMUstate", ANY, |c| {
-            let written = saved(c, state)?.to_bytes()?;
-            if size < written.len() {
-                return Err(format!("the state needs {} bytes, the buffer has {size}", written.len()));
-            }
-            write_each(bytes, &written)
-        })
-    }
+    unsafe { call(component, "fmi2SerializeFMUstate", ANY, |c| states::serialise(c, state, bytes, size)) }
 }
 
 /// Reads a saved state into a new handle; corrupt bytes are an error.
@@ -375,13 +289,7 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
 ) -> Status {
     // SAFETY: see the top of this file.
     unsafe {
-        call(component, "fmi2DeSerializeFMUstate", ANY, |c| {
-            if state.is_null() {
-                return Err("the pointer to the state is NULL".to_owned());
-            }
-            let saved = Saved::from_bytes(bytes(serialized, size)?)?;
-            write(state, c.keep(saved) as FmuState)
-        })
+        call(component, "fmi2DeSerializeFMUstate", ANY, |c| states::deserialise(c, serialized, size, state))
     }
 }
 

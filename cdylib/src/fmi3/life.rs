@@ -1,0 +1,259 @@
+//! Life of an instance, its states and messages.
+// SAFETY of all functions here: they are called by an FMI master that keeps the standard's promises on
+// pointers (valid or NULL, arrays of the stated length, one thread at a time per instance).
+#![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
+
+use super::Modes;
+use super::abi::{Boolean, IntermediateUpdate, LogMessage, ValueReference};
+use crate::component::Component;
+use crate::guard::{self, Status, call, slice, text, texts};
+use crate::logger::Logger;
+use crate::phase::{ANY, CONFIGURATION, EVENT, INITIALIZATION, INSTANTIATED, Phase, RUNNING, STEP_COMPLETE};
+use crate::states::{self, FmuState};
+use poropunch::model_description::fmi3::instantiation_token;
+use poropunch::variables::by_name;
+use std::ffi::{c_char, c_void};
+use std::panic::catch_unwind;
+
+/// Version of FMI.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi3GetVersion() -> *const c_char {
+    c"3.0".as_ptr()
+}
+
+/// Switches log categories on or off.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetDebugLogging(
+    instance: *mut c_void,
+    logging_on: Boolean,
+    n: usize,
+    categories: *const *const c_char,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(instance, "fmi3SetDebugLogging", ANY, |c| {
+            c.logger.select(logging_on != 0, &texts(categories, n, "log category")?)
+        })
+    }
+}
+
+/// A new instance, or NULL with the reason logged. `resource_path` is not needed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
+    instance_name: *const c_char,
+    token: *const c_char,
+    _resource_path: *const c_char,
+    _visible: Boolean,
+    logging_on: Boolean,
+    event_mode_used: Boolean,
+    early_return_allowed: Boolean,
+    intermediate_variables: *const ValueReference,
+    n: usize,
+    environment: *mut c_void,
+    log: Option<LogMessage>,
+    intermediate_update: Option<IntermediateUpdate>,
+) -> *mut c_void {
+    guard::quiet_panics();
+    let create = || {
+        let logger = Logger::fmi3(log, environment, logging_on != 0);
+        // SAFETY: see the top of this file.
+        let (name, asked, wanted) =
+            unsafe { (text(instance_name), text(token), slice(intermediate_variables, n)) };
+        let refusal = guard::refusal(name, asked, instantiation_token()).or(wanted.as_ref().err().cloned());
+        if let Some(reason) = refusal {
+            logger.error(&format!("fmi3InstantiateCoSimulation: {reason}"));
+            return None;
+        }
+        let displacement = by_name("displacement").map(|(reference, _)| reference);
+        let mut component = Box::new(Component::new(logger));
+        component.modes = Some(Modes {
+            events: event_mode_used != 0,
+            early_return: early_return_allowed != 0,
+            intermediate_update,
+            gives_displacement: wanted.is_ok_and(|all| all.iter().any(|&one| Some(one) == displacement)),
+            gave_displacement: false,
+            environment,
+        });
+        component.logger.event(|| "instantiated".to_owned());
+        Some(component)
+    };
+    match catch_unwind(std::panic::AssertUnwindSafe(create)) {
+        Ok(Some(component)) => Box::into_raw(component).cast(),
+        _ => std::ptr::null_mut(),
+    }
+}
+
+/// Not offered: NULL.
+fn refuse(log: Option<LogMessage>, environment: *mut c_void, kind: &str) -> *mut c_void {
+    guard::quiet_panics();
+    let say = || {
+        let reason = format!("this FMU offers co-simulation only, not {kind}");
+        Logger::fmi3(log, environment, false).error(&reason);
+    };
+    let _ = catch_unwind(std::panic::AssertUnwindSafe(say));
+    std::ptr::null_mut()
+}
+
+/// Not offered: NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi3InstantiateModelExchange(
+    _instance_name: *const c_char,
+    _token: *const c_char,
+    _resource_path: *const c_char,
+    _visible: Boolean,
+    _logging_on: Boolean,
+    environment: *mut c_void,
+    log: Option<LogMessage>,
+) -> *mut c_void {
+    refuse(log, environment, "model exchange")
+}
+
+/// Not offered: NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi3InstantiateScheduledExecution(
+    _instance_name: *const c_char,
+    _token: *const c_char,
+    _resource_path: *const c_char,
+    _visible: Boolean,
+    _logging_on: Boolean,
+    environment: *mut c_void,
+    log: Option<LogMessage>,
+    _clock_update: *const c_void,
+    _lock_preemption: *const c_void,
+    _unlock_preemption: *const c_void,
+) -> *mut c_void {
+    refuse(log, environment, "scheduled execution")
+}
+
+/// Frees an instance and all states it still holds; NULL is ignored.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3FreeInstance(instance: *mut c_void) {
+    // SAFETY: see the top of this file; the pointer was made by fmi3InstantiateCoSimulation.
+    unsafe { guard::free(instance) };
+}
+
+/// Start and stop time; the tolerance is not used. Parameters and inputs may still be set until the end of the
+/// initialisation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3EnterInitializationMode(
+    instance: *mut c_void,
+    tolerance_defined: Boolean,
+    tolerance: f64,
+    start_time: f64,
+    stop_time_defined: Boolean,
+    stop_time: f64,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(instance, "fmi3EnterInitializationMode", INSTANTIATED, |c| {
+            let tolerance = (tolerance_defined != 0).then_some(tolerance);
+            c.set_experiment(tolerance, start_time, (stop_time_defined != 0).then_some(stop_time))?;
+            c.begin_initialisation()
+        })
+    }
+}
+
+/// Defines functions that only move an instance from one phase to another.
+macro_rules! phase {
+    ($($(#[$doc:meta])+ $name:ident, $allowed:expr, $body:expr;)+) => {
+        $($(#[$doc])+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(instance: *mut c_void) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe { call(instance, stringify!($name), $allowed, $body) }
+        })+
+    };
+}
+
+phase! {
+    /// Builds the model; with events, the event mode follows.
+    fmi3ExitInitializationMode, INITIALIZATION, Component::initialise;
+    /// Sizes of arrays may be set.
+    fmi3EnterConfigurationMode, INSTANTIATED, |c| {
+        c.phase = Phase::Configuration;
+        Ok(())
+    };
+    /// Back to where parameters are set.
+    fmi3ExitConfigurationMode, CONFIGURATION, |c| {
+        c.phase = Phase::Instantiated;
+        Ok(())
+    };
+    /// Discrete inputs may change at this instant.
+    fmi3EnterEventMode, STEP_COMPLETE, |c| {
+        if !c.modes.is_some_and(|modes| modes.events) {
+            return Err("the instance was made without event mode".to_owned());
+        }
+        c.phase = Phase::Event;
+        Ok(())
+    };
+    /// Ready to step.
+    fmi3EnterStepMode, EVENT, |c| {
+        c.phase = Phase::StepComplete;
+        Ok(())
+    };
+    /// Ends the simulation with the last frame of the fields, where they are written; results can still be read.
+    fmi3Terminate, RUNNING, Component::terminate;
+    /// Back to the state after the instantiation, from anywhere.
+    fmi3Reset, ANY, |c| {
+        c.reset();
+        Ok(())
+    };
+}
+
+/// Copies the present state; an existing handle is overwritten, NULL gets a new one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetFMUState(instance: *mut c_void, state: *mut FmuState) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe { call(instance, "fmi3GetFMUState", ANY, |c| states::get(c, state)) }
+}
+
+/// Back to a saved state.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetFMUState(instance: *mut c_void, state: FmuState) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe { call(instance, "fmi3SetFMUState", ANY, |c| states::set(c, state)) }
+}
+
+/// Frees a saved state and sets the handle to NULL; NULL is ignored.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3FreeFMUState(instance: *mut c_void, state: *mut FmuState) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe { call(instance, "fmi3FreeFMUState", ANY, |c| states::free(c, state)) }
+}
+
+/// Bytes that `fmi3SerializeFMUState` will write.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
+    instance: *mut c_void,
+    state: FmuState,
+    size: *mut usize,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe { call(instance, "fmi3SerializedFMUStateSize", ANY, |c| states::size(c, state, size)) }
+}
+
+/// Writes a saved state, valid in another process, and in an FMU of FMI 2.0 of the same version.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SerializeFMUState(
+    instance: *mut c_void,
+    state: FmuState,
+    bytes: *mut u8,
+    size: usize,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe { call(instance, "fmi3SerializeFMUState", ANY, |c| states::serialise(c, state, bytes, size)) }
+}
+
+/// Reads a saved state into a new handle; corrupt bytes are an error.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3DeserializeFMUState(
+    instance: *mut c_void,
+    serialized: *const u8,
+    size: usize,
+    state: *mut FmuState,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(instance, "fmi3DeserializeFMUState", ANY, |c| states::deserialise(c, serialized, size, state))
+    }
+}

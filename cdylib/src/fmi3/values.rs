@@ -1,0 +1,154 @@
+//! Values of variables; those of arrays stand one after the other.
+// SAFETY of all functions here: as in life.rs.
+#![allow(clippy::missing_safety_doc)]
+
+use super::abi::{Boolean, ValueReference};
+use crate::component::Component;
+use crate::guard::{Outcome, Status, call, slice, texts, write_each};
+use crate::phase::{GETTABLE, Phase, RESIZABLE, SETTABLE};
+use poropunch::variables::ports::{BaseType, Port};
+use poropunch::variables::{Causality, Value};
+use std::ffi::{CString, c_char, c_void};
+
+/// Reads variables of one type.
+fn read<T>(
+    c: &Component,
+    kind: BaseType,
+    references: &[ValueReference],
+    n: usize,
+    from: impl Fn(Value) -> Option<T>,
+) -> Result<Vec<T>, String> {
+    let values = c.slave.get_ports(kind, references).map_err(|e| e.to_string())?;
+    if values.len() != n {
+        return Err(format!("room for {n} values of {}", values.len()));
+    }
+    values.into_iter().map(|value| from(value).ok_or_else(|| "a value of another type".to_owned())).collect()
+}
+
+/// Sets variables of one type; within a step only the displacement at its end, which is noted.
+fn set(c: &mut Component, kind: BaseType, references: &[ValueReference], values: Vec<Value>) -> Outcome {
+    let within = c.phase == Phase::IntermediateUpdate;
+    if within && !references.iter().all(|&one| is_continuous_input(one)) {
+        return Err("within a step only the displacement can be set".to_owned());
+    }
+    c.slave.set_ports(kind, references, values).map_err(|e| e.to_string())?;
+    if let Some(modes) = c.modes.as_mut().filter(|_| within && !references.is_empty()) {
+        modes.gave_displacement = true;
+    }
+    Ok(())
+}
+
+fn is_continuous_input(reference: ValueReference) -> bool {
+    Port::by_reference(reference)
+        .is_ok_and(|port| port.causality() == Causality::Input && port.is_intermediate())
+}
+
+/// Defines a get and a set function of one type.
+macro_rules! access {
+    ($get:ident, $set:ident, $kind:expr, $settable:expr, $c_type:ty, $from:expr, $to:expr) => {
+        /// Values of variables: parameters and inputs as set, outputs of the last step.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get(
+            instance: *mut c_void,
+            references: *const ValueReference,
+            n: usize,
+            values: *mut $c_type,
+            n_values: usize,
+        ) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe {
+                call(instance, stringify!($get), GETTABLE, |c| {
+                    write_each(values, &read(c, $kind, slice(references, n)?, n_values, $from)?)
+                })
+            }
+        }
+
+        /// Sets parameters and inputs: all of them, or none and an error.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set(
+            instance: *mut c_void,
+            references: *const ValueReference,
+            n: usize,
+            values: *const $c_type,
+            n_values: usize,
+        ) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe {
+                call(instance, stringify!($set), $settable, |c| {
+                    let values = slice(values, n_values)?.iter().copied().map($to);
+                    set(c, $kind, slice(references, n)?, values.collect::<Result<_, String>>()?)
+                })
+            }
+        }
+    };
+}
+
+fn real(value: Value) -> Option<f64> {
+    if let Value::Real(v) = value { Some(v) } else { None }
+}
+
+fn integer<T: From<i32>>(value: Value) -> Option<T> {
+    if let Value::Integer(v) = value { Some(T::from(v)) } else { None }
+}
+
+fn boolean(value: Value) -> Option<Boolean> {
+    if let Value::Boolean(v) = value { Some(Boolean::from(v)) } else { None }
+}
+
+fn count(value: Value) -> Option<u64> {
+    if let Value::Count(v) = value { Some(v) } else { None }
+}
+
+/// The number of an enumeration's item.
+fn item(value: i64) -> Result<Value, String> {
+    i32::try_from(value).map(Value::Integer).map_err(|_| format!("{value} is no item of an enumeration"))
+}
+
+access!(fmi3GetFloat64, fmi3SetFloat64, BaseType::Float64, SETTABLE, f64, real, |v| Ok(Value::Real(v)));
+access!(fmi3GetInt32, fmi3SetInt32, BaseType::Int32, SETTABLE, i32, integer, |v| Ok(Value::Integer(v)));
+access!(fmi3GetInt64, fmi3SetInt64, BaseType::Enumeration, SETTABLE, i64, integer, item);
+access!(fmi3GetUInt64, fmi3SetUInt64, BaseType::UInt64, RESIZABLE, u64, count, |v| Ok(Value::Count(v)));
+access!(fmi3GetBoolean, fmi3SetBoolean, BaseType::Boolean, SETTABLE, Boolean, boolean, |v| {
+    Ok(Value::Boolean(v != 0))
+});
+
+fn string(value: Value) -> Option<CString> {
+    // A text that was set through C has no zero inside.
+    if let Value::Text(v) = value { CString::new(v).ok() } else { None }
+}
+
+/// Values of variables; the texts stay where they are until the next call of this function.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetString(
+    instance: *mut c_void,
+    references: *const ValueReference,
+    n: usize,
+    values: *mut *const c_char,
+    n_values: usize,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(instance, "fmi3GetString", GETTABLE, |c| {
+            c.texts = read(c, BaseType::String, slice(references, n)?, n_values, string)?;
+            write_each(values, &c.texts.iter().map(|text| text.as_ptr()).collect::<Vec<_>>())
+        })
+    }
+}
+
+/// Sets parameters: all of them, or none and an error.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetString(
+    instance: *mut c_void,
+    references: *const ValueReference,
+    n: usize,
+    values: *const *const c_char,
+    n_values: usize,
+) -> Status {
+    // SAFETY: see the top of this file.
+    unsafe {
+        call(instance, "fmi3SetString", SETTABLE, |c| {
+            let values = texts(values, n_values, "text")?.into_iter().map(|v| Value::Text(v.to_owned()));
+            set(c, BaseType::String, slice(references, n)?, values.collect())
+        })
+    }
+}

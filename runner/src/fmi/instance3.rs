@@ -1,0 +1,429 @@
+//! One instance of an FMI 3.0 FMU, without event mode and early return.
+#![allow(unsafe_code)]
+
+use super::archive::Files;
+use super::binary2::Component;
+use super::binary3::{Binary3, Get, Set};
+use super::instance::{Face, FmuState, Messages, c_text};
+use super::places::{Base, Place};
+use super::{FmiError, ModelDescription};
+use std::collections::BTreeMap;
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ptr::null;
+use std::sync::Arc;
+
+unsafe extern "C" fn log(
+    environment: *mut c_void,
+    status: c_int,
+    _category: *const c_char,
+    message: *const c_char,
+) {
+    // 0 is fmi3OK: events, not failures.
+    if environment.is_null() || message.is_null() || status == 0 {
+        return;
+    }
+    // SAFETY: the environment is the `Messages` of the instance that called, alive until it is freed.
+    let messages = unsafe { &*environment.cast::<Messages>() };
+    // SAFETY: the standard promises a C string.
+    messages.push(unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned());
+}
+
+/// One instance. Send: it may move between threads, but is used by one at a time.
+pub struct Instance3 {
+    component: Component,
+    messages: Box<Messages>,
+    binary: Arc<Binary3>,
+    description: Arc<ModelDescription>,
+    experiment: (f64, Option<f64>),
+    /// Whether variables may be read.
+    readable: bool,
+    /// Numbers of the arrays as they were set: FMI sets whole arrays, this program elements.
+    arrays: BTreeMap<u32, Vec<f64>>,
+    _files: Option<Arc<Files>>,
+}
+
+// SAFETY: FMI allows an instance to be called from any thread, one at a time; `&mut self` sees to that.
+unsafe impl Send for Instance3 {}
+
+impl Instance3 {
+    pub fn new(
+        binary: &Arc<Binary3>,
+        description: &Arc<ModelDescription>,
+        files: Option<&Arc<Files>>,
+        name: &str,
+    ) -> Result<Self, FmiError> {
+        let messages = Box::<Messages>::default();
+        let environment = (&raw const *messages).cast_mut().cast();
+        let (name, token) = (c_text(name)?, c_text(&description.guid)?);
+        let resources = files.map(|files| c_text(&files.resource_path())).transpose()?;
+        let resources = resources.as_ref().map_or(null(), |path| path.as_ptr());
+        // SAFETY: all strings live until the call returns; the messages as long as the component.
+        let component = unsafe {
+            (binary.instantiate)(
+                name.as_ptr(),
+                token.as_ptr(),
+                resources,
+                false,
+                false,
+                false,
+                false,
+                null(),
+                0,
+                environment,
+                log,
+                null(),
+            )
+        };
+        if component.is_null() {
+            return Err(FmiError::Refused(messages.reason()));
+        }
+        let mut instance = Self {
+            component,
+            messages,
+            binary: Arc::clone(binary),
+            description: Arc::clone(description),
+            experiment: (0.0, None),
+            readable: false,
+            arrays: BTreeMap::new(),
+            _files: files.cloned(),
+        };
+        instance.forget();
+        Ok(instance)
+    }
+
+    /// As after the instantiation.
+    fn forget(&mut self) {
+        (self.experiment, self.readable) = ((0.0, None), false);
+        let starts = self.description.places.starts.iter();
+        let arrays = starts.filter(|(_, elements)| elements.numbers.len() > 1);
+        self.arrays = arrays.map(|(&reference, elements)| (reference, elements.numbers.clone())).collect();
+    }
+
+    fn place(&self, reference: u32) -> Result<Place, FmiError> {
+        let place = self.description.places.scalars.get(&reference);
+        place.copied().ok_or_else(|| FmiError::UnknownVariable(format!("reference {reference}")))
+    }
+
+    fn length(&self, reference: u32) -> usize {
+        self.description.places.starts.get(&reference).map_or(1, |elements| elements.numbers.len())
+    }
+
+    /// Values of scalars as numbers (Booleans: 0 or 1): one call for every type.
+    fn numbers(&self, references: &[u32]) -> Result<Vec<f64>, FmiError> {
+        let places = references.iter().map(|&r| self.place(r)).collect::<Result<Vec<_>, _>>()?;
+        let mut wanted: BTreeMap<Base, Vec<u32>> = BTreeMap::new();
+        for place in &places {
+            let of_type = wanted.entry(place.base).or_default();
+            // Neighbours are often of one array.
+            if of_type.last() != Some(&place.reference) {
+                of_type.push(place.reference);
+            }
+        }
+        let mut read: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+        for (base, mut variables) in wanted {
+            variables.sort_unstable();
+            variables.dedup();
+            let mut values = self.get(base, &variables)?.into_iter();
+            for variable in variables {
+                read.insert(variable, values.by_ref().take(self.length(variable)).collect());
+            }
+        }
+        Ok(places.iter().map(|place| read[&place.reference][place.index]).collect())
+    }
+
+    /// Sets scalars: one call for every type, with whole arrays.
+    fn set_numbers(&mut self, references: &[u32], values: &[f64]) -> Result<(), FmiError> {
+        assert_eq!(references.len(), values.len(), "slices differ in length");
+        let mut given: BTreeMap<Base, BTreeMap<u32, Vec<f64>>> = BTreeMap::new();
+        for (&reference, &value) in references.iter().zip(values) {
+            let place = self.place(reference)?;
+            let of_type = given.entry(place.base).or_default();
+            if !of_type.contains_key(&place.reference) {
+                of_type.insert(place.reference, self.whole(place)?);
+            }
+            if let Some(elements) = of_type.get_mut(&place.reference) {
+                elements[place.index] = value;
+            }
+        }
+        for (base, variables) in given {
+            let own: Vec<u32> = variables.keys().copied().collect();
+            let values: Vec<f64> = variables.values().flatten().copied().collect();
+            self.set(base, &own, &values)?;
+            self.arrays.extend(variables.into_iter().filter(|(_, elements)| elements.len() > 1));
+        }
+        Ok(())
+    }
+
+    /// All elements of a variable as they are.
+    fn whole(&self, place: Place) -> Result<Vec<f64>, FmiError> {
+        match self.arrays.get(&place.reference) {
+            Some(_) if self.readable => self.get(place.base, &[place.reference]),
+            Some(elements) => Ok(elements.clone()),
+            None => Ok(vec![0.0; self.length(place.reference)]),
+        }
+    }
+
+    fn get(&self, base: Base, variables: &[u32]) -> Result<Vec<f64>, FmiError> {
+        let b = &self.binary;
+        match base {
+            Base::Float64 => self.get_with("fmi3GetFloat64", Some(b.get_float64), variables, |v| v),
+            Base::Float32 => self.get_with("fmi3GetFloat32", b.get_float32, variables, f64::from),
+            Base::Int8 => self.get_with("fmi3GetInt8", b.get_int8, variables, f64::from),
+            Base::UInt8 => self.get_with("fmi3GetUInt8", b.get_uint8, variables, f64::from),
+            Base::Int16 => self.get_with("fmi3GetInt16", b.get_int16, variables, f64::from),
+            Base::UInt16 => self.get_with("fmi3GetUInt16", b.get_uint16, variables, f64::from),
+            Base::Int32 => self.get_with("fmi3GetInt32", b.get_int32, variables, f64::from),
+            Base::UInt32 => self.get_with("fmi3GetUInt32", b.get_uint32, variables, f64::from),
+            Base::Int64 => self.get_with("fmi3GetInt64", b.get_int64, variables, |v| v as f64),
+            Base::UInt64 => self.get_with("fmi3GetUInt64", b.get_uint64, variables, |v| v as f64),
+            Base::Boolean => {
+                self.get_with("fmi3GetBoolean", b.get_boolean, variables, |v| f64::from(u8::from(v != 0)))
+            }
+            Base::String => Err(FmiError::NotSupported("give texts as numbers")),
+        }
+    }
+
+    fn set(&self, base: Base, variables: &[u32], values: &[f64]) -> Result<(), FmiError> {
+        let b = &self.binary;
+        match base {
+            Base::Float64 => self.set_with("fmi3SetFloat64", Some(b.set_float64), variables, values, |v| v),
+            Base::Float32 => self.set_with("fmi3SetFloat32", b.set_float32, variables, values, |v| v as f32),
+            Base::Int8 => self.set_with("fmi3SetInt8", b.set_int8, variables, values, |v| v as i8),
+            Base::UInt8 => self.set_with("fmi3SetUInt8", b.set_uint8, variables, values, |v| v as u8),
+            Base::Int16 => self.set_with("fmi3SetInt16", b.set_int16, variables, values, |v| v as i16),
+            Base::UInt16 => self.set_with("fmi3SetUInt16", b.set_uint16, variables, values, |v| v as u16),
+            Base::Int32 => self.set_with("fmi3SetInt32", b.set_int32, variables, values, |v| v as i32),
+            Base::UInt32 => self.set_with("fmi3SetUInt32", b.set_uint32, variables, values, |v| v as u32),
+            Base::Int64 => self.set_with("fmi3SetInt64", b.set_int64, variables, values, |v| v as i64),
+            Base::UInt64 => self.set_with("fmi3SetUInt64", b.set_uint64, variables, values, |v| v as u64),
+            Base::Boolean => {
+                self.set_with("fmi3SetBoolean", b.set_boolean, variables, values, |v| u8::from(v != 0.0))
+            }
+            Base::String => Err(FmiError::NotSupported("set texts as numbers")),
+        }
+    }
+
+    fn get_with<T: Copy + Default>(
+        &self,
+        function: &'static str,
+        get: Option<Get<T>>,
+        variables: &[u32],
+        from: impl Fn(T) -> f64,
+    ) -> Result<Vec<f64>, FmiError> {
+        let get = get.ok_or(FmiError::NotSupported("read a variable of its own type"))?;
+        let mut values = vec![T::default(); variables.iter().map(|&v| self.length(v)).sum()];
+        let (n, n_values) = (variables.len(), values.len());
+        // SAFETY: a live component of this library; the arrays have the stated length.
+        let status = unsafe { get(self.component, variables.as_ptr(), n, values.as_mut_ptr(), n_values) };
+        self.messages.check(function, status)?;
+        Ok(values.into_iter().map(from).collect())
+    }
+
+    fn set_with<T: Copy>(
+        &self,
+        function: &'static str,
+        set: Option<Set<T>>,
+        variables: &[u32],
+        values: &[f64],
+        to: impl Fn(f64) -> T,
+    ) -> Result<(), FmiError> {
+        let set = set.ok_or(FmiError::NotSupported("set a variable of its own type"))?;
+        let values: Vec<T> = values.iter().copied().map(to).collect();
+        let n = variables.len();
+        // SAFETY: a live component of this library; the arrays have the stated length.
+        let status = unsafe { set(self.component, variables.as_ptr(), n, values.as_ptr(), values.len()) };
+        self.messages.check(function, status)
+    }
+}
+
+impl Face for Instance3 {
+    fn messages(&self) -> &Messages {
+        &self.messages
+    }
+
+    fn setup_experiment(&mut self, start_time: f64, stop_time: Option<f64>) -> Result<(), FmiError> {
+        self.experiment = (start_time, stop_time);
+        Ok(())
+    }
+
+    fn enter_initialization_mode(&mut self) -> Result<(), FmiError> {
+        let (start, stop) = self.experiment;
+        let (defined, stop) = (stop.is_some(), stop.unwrap_or(0.0));
+        // SAFETY: a live component of this library; so for all calls below.
+        let status =
+            unsafe { (self.binary.enter_initialization)(self.component, false, 0.0, start, defined, stop) };
+        self.messages.check("fmi3EnterInitializationMode", status)?;
+        self.readable = true;
+        Ok(())
+    }
+
+    fn exit_initialization_mode(&mut self) -> Result<(), FmiError> {
+        // SAFETY: a live component of this library.
+        let status = unsafe { (self.binary.exit_initialization)(self.component) };
+        self.messages.check("fmi3ExitInitializationMode", status)
+    }
+
+    fn do_step(&mut self, current_time: f64, step_size: f64) -> Result<(), FmiError> {
+        let (mut event, mut ends, mut early, mut last) = (0, 0, 0, 0.0);
+        let places = (&raw mut event, &raw mut ends, &raw mut early, &raw mut last);
+        // SAFETY: a live component of this library; the places live here.
+        let status = unsafe {
+            (self.binary.do_step)(
+                self.component,
+                current_time,
+                step_size,
+                true,
+                places.0,
+                places.1,
+                places.2,
+                places.3,
+            )
+        };
+        self.messages.check("fmi3DoStep", status)?;
+        let cut = if ends != 0 {
+            "the FMU wants to end the simulation"
+        } else if early != 0 {
+            "the FMU ended the step early, which it was not allowed to"
+        } else {
+            return Ok(());
+        };
+        let (status, messages) = ("discarded".to_owned(), format!("{cut} at {last} s"));
+        Err(FmiError::Call { function: "fmi3DoStep", status, messages })
+    }
+
+    fn terminate(&mut self) -> Result<(), FmiError> {
+        // SAFETY: a live component of this library.
+        let status = unsafe { (self.binary.terminate)(self.component) };
+        self.messages.check("fmi3Terminate", status)
+    }
+
+    fn reset(&mut self) -> Result<(), FmiError> {
+        self.messages.take();
+        // SAFETY: a live component of this library.
+        let status = unsafe { (self.binary.reset)(self.component) };
+        self.messages.check("fmi3Reset", status)?;
+        self.forget();
+        Ok(())
+    }
+
+    fn set_input_derivatives(&mut self, _: &[u32], _: &[i32], _: &[f64]) -> Result<(), FmiError> {
+        Err(FmiError::NotSupported("take derivatives of inputs"))
+    }
+
+    fn get_state(&mut self) -> Result<FmuState, FmiError> {
+        let get = self.binary.get_state.filter(|_| self.description.capabilities.get_and_set_state);
+        let get = get.ok_or(FmiError::NotSupported("save its state"))?;
+        let mut state = std::ptr::null_mut();
+        // SAFETY: a live component of this library; NULL asks for a new state.
+        let status = unsafe { get(self.component, &raw mut state) };
+        self.messages.check("fmi3GetFMUState", status)?;
+        Ok(FmuState(state))
+    }
+
+    fn set_state(&mut self, state: &FmuState) -> Result<(), FmiError> {
+        let set = self.binary.set_state.ok_or(FmiError::NotSupported("restore its state"))?;
+        // SAFETY: a live component of this library and a state it made.
+        let status = unsafe { set(self.component, state.0) };
+        self.messages.check("fmi3SetFMUState", status)
+    }
+
+    fn free_state(&mut self, mut state: FmuState) -> Result<(), FmiError> {
+        let free = self.binary.free_state.ok_or(FmiError::NotSupported("free its state"))?;
+        // SAFETY: a live component of this library and a state it made.
+        let status = unsafe { free(self.component, &raw mut state.0) };
+        self.messages.check("fmi3FreeFMUState", status)
+    }
+
+    fn serialize_state(&mut self, state: &FmuState) -> Result<Vec<u8>, FmiError> {
+        let missing = FmiError::NotSupported("serialise its state");
+        let (Some(size_of), Some(write)) = (self.binary.state_size, self.binary.serialize_state) else {
+            return Err(missing);
+        };
+        let mut size = 0;
+        // SAFETY: a live component of this library and a state it made.
+        let status = unsafe { size_of(self.component, state.0, &raw mut size) };
+        self.messages.check("fmi3SerializedFMUStateSize", status)?;
+        let mut bytes = vec![0; size];
+        // SAFETY: the buffer has the size the FMU asked for.
+        let status = unsafe { write(self.component, state.0, bytes.as_mut_ptr(), size) };
+        self.messages.check("fmi3SerializeFMUState", status)?;
+        Ok(bytes)
+    }
+
+    fn deserialize_state(&mut self, bytes: &[u8]) -> Result<FmuState, FmiError> {
+        let read = self.binary.deserialize_state.ok_or(FmiError::NotSupported("deserialise its state"))?;
+        let mut state = std::ptr::null_mut();
+        // SAFETY: a live component of this library; the buffer has the stated length.
+        let status = unsafe { read(self.component, bytes.as_ptr(), bytes.len(), &raw mut state) };
+        self.messages.check("fmi3DeserializeFMUState", status)?;
+        Ok(FmuState(state))
+    }
+
+    fn get_real(&mut self, references: &[u32]) -> Result<Vec<f64>, FmiError> {
+        self.numbers(references)
+    }
+
+    fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), FmiError> {
+        self.set_numbers(references, values)
+    }
+
+    fn get_integer(&mut self, references: &[u32]) -> Result<Vec<i32>, FmiError> {
+        Ok(self.numbers(references)?.into_iter().map(|v| v as i32).collect())
+    }
+
+    fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), FmiError> {
+        let values: Vec<f64> = values.iter().copied().map(f64::from).collect();
+        self.set_numbers(references, &values)
+    }
+
+    fn get_boolean(&mut self, references: &[u32]) -> Result<Vec<bool>, FmiError> {
+        Ok(self.numbers(references)?.into_iter().map(|v| v != 0.0).collect())
+    }
+
+    fn set_boolean(&mut self, references: &[u32], values: &[bool]) -> Result<(), FmiError> {
+        let values: Vec<f64> = values.iter().map(|&v| f64::from(u8::from(v))).collect();
+        self.set_numbers(references, &values)
+    }
+
+    fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, FmiError> {
+        let get = self.binary.get_string.ok_or(FmiError::NotSupported("give texts"))?;
+        let mut texts = Vec::with_capacity(references.len());
+        for &reference in references {
+            let place = self.place(reference)?;
+            let mut values: Vec<*const c_char> = vec![null(); self.length(place.reference)];
+            // SAFETY: a live component of this library; the arrays have the stated length.
+            let status = unsafe {
+                get(self.component, &raw const place.reference, 1, values.as_mut_ptr(), values.len())
+            };
+            self.messages.check("fmi3GetString", status)?;
+            let text = values.get(place.index).copied().filter(|text| !text.is_null());
+            // SAFETY: not NULL, and a C string of the FMU's that lives until its next call.
+            let text = text.map(|text| unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned());
+            texts.push(text.unwrap_or_default());
+        }
+        Ok(texts)
+    }
+
+    fn set_string(&mut self, references: &[u32], values: &[&str]) -> Result<(), FmiError> {
+        assert_eq!(references.len(), values.len(), "slices differ in length");
+        let set = self.binary.set_string.ok_or(FmiError::NotSupported("take texts"))?;
+        let own = references.iter().map(|&r| self.place(r)).collect::<Result<Vec<_>, _>>()?;
+        if own.iter().any(|place| self.length(place.reference) > 1) {
+            return Err(FmiError::NotSupported("take single texts of an array"));
+        }
+        let own: Vec<u32> = own.iter().map(|place| place.reference).collect();
+        let texts: Vec<CString> = values.iter().map(|value| c_text(value)).collect::<Result<_, _>>()?;
+        let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
+        let n = own.len();
+        // SAFETY: a live component of this library; the arrays have the stated length and outlive the call.
+        let status = unsafe { set(self.component, own.as_ptr(), n, pointers.as_ptr(), n) };
+        self.messages.check("fmi3SetString", status)
+    }
+}
+
+impl Drop for Instance3 {
+    fn drop(&mut self) {
+        // SAFETY: a live component of this library, not used afterwards.
+        unsafe { (self.binary.free_instance)(self.component) };
+    }
+}
