@@ -6,8 +6,9 @@
 
 use poropunch::model_description::guid;
 use poropunch::variables::{Kind, by_name, table};
-use poropunch_fmi::abi::{CallbackFunctions, OK};
-use poropunch_fmi::*;
+use poropunch_fmi::OK;
+use poropunch_fmi::fmi2::abi::CallbackFunctions;
+use poropunch_fmi::fmi2::*;
 use std::ffi::{CString, c_void};
 use std::process::Command;
 use std::ptr::{null, null_mut};

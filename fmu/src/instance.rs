@@ -187,8 +187,15 @@ impl Instance {
             let radius = geometry.reach();
             let statistics = &mut state.statistics;
             let discretisation = self.engine.discretisation_mut();
-            (state.outputs, state.time, reached) =
-                path.advance(discretisation, solver, radius, (now, from), (end, to), stops, statistics)?;
+            (state.outputs, state.time, reached) = path.advance_until(
+                discretisation,
+                solver,
+                radius,
+                (now, from),
+                (end, to),
+                stops,
+                statistics,
+            )?;
         }
         if bonded && state.outputs.force_specimen < -TENSION * self.engine.discretisation().force_scale() {
             return Err(retraction);

@@ -130,13 +130,32 @@ impl Path {
             && times.is_sorted_by(|a, b| a < b)
     }
 
+    /// Moves the punch from `from` at `now` to `to` at `end`; returns the results at `end`.
+    ///
+    /// # Errors
+    /// [`StepError::NoConvergence`]; the path is then to be discarded.
+    #[allow(clippy::too_many_arguments)]
+    pub fn advance(
+        &mut self,
+        stepper: &mut dyn Discretisation,
+        solver: &SolverParameters,
+        punch_radius: f64,
+        start: (f64, f64),
+        end: (f64, f64),
+        statistics: &mut Statistics,
+    ) -> Result<Outputs, StepError> {
+        let whole = Stops::default();
+        let advanced = self.advance_until(stepper, solver, punch_radius, start, end, whole, statistics);
+        advanced.map(|(outputs, ..)| outputs)
+    }
+
     /// Moves the punch from `from` at `now` to `to` at `end`, or until something that `stops` names; returns the
     /// results, the time and what it was.
     ///
     /// # Errors
     /// [`StepError::NoConvergence`]; the path is then to be discarded.
     #[allow(clippy::too_many_arguments)]
-    pub fn advance(
+    pub fn advance_until(
         &mut self,
         stepper: &mut dyn Discretisation,
         solver: &SolverParameters,

@@ -8,6 +8,7 @@ use super::instance::{Face, FmuState, Messages, c_text};
 use super::places::{Base, Place};
 use super::{FmiError, ModelDescription};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr::null;
 use std::sync::Arc;
@@ -137,13 +138,11 @@ impl Instance3 {
         let mut given: BTreeMap<Base, BTreeMap<u32, Vec<f64>>> = BTreeMap::new();
         for (&reference, &value) in references.iter().zip(values) {
             let place = self.place(reference)?;
-            let of_type = given.entry(place.base).or_default();
-            if !of_type.contains_key(&place.reference) {
-                of_type.insert(place.reference, self.whole(place)?);
-            }
-            if let Some(elements) = of_type.get_mut(&place.reference) {
-                elements[place.index] = value;
-            }
+            let elements = match given.entry(place.base).or_default().entry(place.reference) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => new.insert(self.whole(place)?),
+            };
+            elements[place.index] = value;
         }
         for (base, variables) in given {
             let own: Vec<u32> = variables.keys().copied().collect();
