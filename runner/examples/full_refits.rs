@@ -7,8 +7,9 @@
 //! by all of the theory, to what the split fits, and predict the rest; beside it what the linearised models make of the same draw.
 
 use runner::data::{Reading, SpecimenFiles, Wanted};
-use runner::diagnosis::diagnose::{Effort, diagnose};
+use runner::diagnosis::diagnose::{Effort, Given, diagnose};
 use runner::diagnosis::shrinkage::{Comparison, part_removed, percentile};
+use runner::diagnosis::thresholds::Thresholds;
 use runner::engine::{Engine, EngineOptions};
 use runner::inference::fit::fit;
 use runner::inference::{Candidate, Depth, Fit, FitPlan, Requests, Setup, Unknowns};
@@ -40,10 +41,16 @@ fn main() -> Result<(), Error> {
     let set = vec!["mesh.preset=coarse".to_owned()];
     let requests = Requests { set, ..Requests::default() };
     let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
-    let effort = Effort { quick: true, evaluations: EVALUATIONS, matters_percent: 1.0 };
+    let effort = Effort {
+        quick: true,
+        evaluations: EVALUATIONS,
+        matters_percent: 1.0,
+        thresholds: Thresholds::default(),
+    };
     let observations = observe(&measurements, None)?;
-    let found =
-        diagnose(&engine, observations, &unknowns, &[], None, effort, &mut |what| eprintln!("{what}"))?;
+    let found = diagnose(&engine, observations, &unknowns, Given::default(), effort, &mut |what| {
+        eprintln!("{what}")
+    })?;
     let Some(refit) = found.decision.refit.map(|k| &found.refits[k]) else {
         return Err("no effect explains a gap of these data: there is no shrinkage".into());
     };
@@ -53,7 +60,9 @@ fn main() -> Result<(), Error> {
     println!("| split | full refits: median [5, 95 %] | linearised | largest difference | correlation |");
     println!("|---|---|---|---|---|");
     for split in &found.splits {
-        let Some(linear) = Comparison::new(&found.plain, &refit.fit, split).filter(|c| c.informative) else {
+        let Some(linear) =
+            Comparison::new(&found.plain, &refit.fit, split, &found.thresholds).filter(|c| c.informative)
+        else {
             continue;
         };
         let mut pairs: Vec<(f64, f64)> = Vec::new();
@@ -69,7 +78,7 @@ fn main() -> Result<(), Error> {
                 Ok(fitted.seen_with(setup, active, covariance)?)
             };
             let (plain, extended) = (again(&found.plain, &[])?, again(&refit.fit, &active)?);
-            let full = Comparison::new(&plain, &extended, split)
+            let full = Comparison::new(&plain, &extended, split, &found.thresholds)
                 .and_then(|c| part(&c.distances_mn([&plain.gap_mn, &extended.gap_mn], &noise)));
             pairs.extend(full.zip(part(&linear.linear_distances_mn(&noise))));
         }

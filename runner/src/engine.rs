@@ -5,6 +5,7 @@ use crate::fmi::{FmiError, Fmu};
 use crate::pool::run::WeakRun;
 use crate::pool::wiring::{Names, Wiring, WiringError};
 use crate::pool::{FmuSimulator, Job, Pool, Priority, Run, RunFailure, Simulator};
+use crate::processor::vector_instructions;
 use poropunch::motion::protocol::Protocol;
 use poropunch::variables::sensitivities;
 use std::collections::{BTreeMap, HashMap};
@@ -78,7 +79,7 @@ impl Engine {
         let description = fmu.description();
         let wiring = Arc::new(Wiring::new(description, &options.names)?);
         let binary = std::fs::read(fmu.library()).unwrap_or_default();
-        let id = EngineId::new(&description.guid, &binary, &wiring.identity());
+        let id = EngineId::new(&description.guid, &binary, &wiring.identity(), vector_instructions());
         let directory = options.cache.as_deref();
         let cannot =
             |source| EngineError::Cache { directory: directory.unwrap_or(Path::new("")).into(), source };

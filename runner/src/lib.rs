@@ -23,10 +23,10 @@ pub mod identification;
 pub mod inference;
 pub mod inspection;
 pub mod noise;
-
 pub mod output;
 pub mod package;
 pub mod pool;
+pub mod processor;
 pub mod report;
 pub mod score;
 pub mod setting;

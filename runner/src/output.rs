@@ -13,7 +13,7 @@ use poropunch::variables;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt::Write as _;
-use std::io::{ErrorKind, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -33,13 +33,27 @@ pub struct OutputError {
 /// # Errors
 /// When there is something of that name that poropunch did not write, the disk is full, permission is missing, ...
 pub fn write_file(file: &Path, contents: &[u8]) -> Result<(), OutputError> {
+    write_file_in_parts(file, |out| out.write_all(&mark::marked(file, contents)))
+}
+
+/// As [`write_file`], for contents that need not be in memory at once; `write` puts the mark into them.
+///
+/// # Errors
+/// As [`write_file`], and those of `write`.
+pub fn write_file_in_parts(
+    file: &Path,
+    write: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
+) -> Result<(), OutputError> {
     let fail = |reason: String| OutputError { file: file.to_owned(), reason };
     let target = replaceable(file).map_err(fail)?;
     let attempt = |target: &Path, replaces: bool| -> std::io::Result<()> {
         let directory = target.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(directory)?;
         let mut temporary = tempfile::Builder::new().permissions(readable()).tempfile_in(directory)?;
-        temporary.write_all(&mark::marked(file, contents))?;
+        let mut out = BufWriter::new(&mut temporary);
+        write(&mut out)?;
+        out.flush()?;
+        drop(out);
         temporary.as_file().sync_all()?;
         // What appeared under this name meanwhile is somebody else's.
         if replaces {

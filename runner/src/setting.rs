@@ -212,13 +212,20 @@ pub fn shown(variable: &ScalarVariable, value: f64) -> (String, String) {
 /// # Errors
 /// The first that cannot be used.
 pub fn settings_from(wiring: &Wiring, texts: &[String]) -> Result<BTreeMap<String, f64>, SettingError> {
-    let one = |text: &String| {
-        let (name, value) =
-            split_assignment(text).ok_or_else(|| SettingError::NotAnAssignment(text.clone()))?;
-        let variable = variable_named(wiring, name)?;
-        Ok((variable.name.clone(), number_in(variable, value)?))
-    };
+    let one =
+        |text: &String| assignment(wiring, text).map(|(variable, value)| (variable.name.clone(), value));
     texts.iter().map(one).collect()
+}
+
+/// The variable and the value of one `NAME=VALUE[UNIT]`.
+///
+/// # Errors
+/// As [`settings_from`].
+pub fn assignment<'a>(wiring: &'a Wiring, text: &str) -> Result<(&'a ScalarVariable, f64), SettingError> {
+    let (name, value) =
+        split_assignment(text).ok_or_else(|| SettingError::NotAnAssignment(text.to_owned()))?;
+    let variable = variable_named(wiring, name)?;
+    Ok((variable, number_in(variable, value)?))
 }
 
 #[cfg(test)]

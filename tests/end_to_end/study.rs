@@ -3,8 +3,11 @@
 use super::program::{directory, fail, json, one_line, run, runner, succeed, text};
 use super::speech::{committed, validate};
 use super::third_party::{WIRING, build, measurement};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -57,6 +60,28 @@ fn table(study: &Path) -> String {
     std::fs::read_to_string(study.join("gathered/table.csv")).expect("the table")
 }
 
+/// Cells of a CSV table, numbers as Rust writes them.
+fn cells(table: &str) -> Vec<Vec<String>> {
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).has_headers(false).from_reader(table.as_bytes());
+    reader.records().map(|r| r.expect("a row").iter().map(str::to_owned).collect()).collect()
+}
+
+/// The same of a Parquet file.
+fn columns(file: &Path) -> Vec<Vec<String>> {
+    let reader = SerializedFileReader::new(File::open(file).expect("the file")).expect("Parquet");
+    let schema = reader.metadata().file_metadata().schema_descr();
+    let names = schema.columns().iter().map(|c| c.name().to_owned()).collect();
+    let cell = |field: &Field| match field {
+        Field::Double(v) => v.to_string(),
+        Field::Str(v) => v.clone(),
+        _ => String::new(),
+    };
+    let rows = reader.get_row_iter(None).expect("rows");
+    let rows = rows.map(|row| row.expect("a row").get_column_iter().map(|(_, field)| cell(field)).collect());
+    std::iter::once(names).chain(rows).collect()
+}
+
 #[test]
 fn a_population_is_planned_worked_and_gathered() {
     let d = directory();
@@ -99,6 +124,12 @@ fn a_population_is_planned_worked_and_gathered() {
 
     let table = table(&study);
     assert_eq!(table.lines().filter(|l| !l.starts_with('#')).count(), 9);
+    succeed(&["study", "gather", text(&study)]);
+    assert_eq!(
+        columns(&study.join("gathered/table.parquet")),
+        cells(&table),
+        "the same for programs that read columns"
+    );
     let population = study.join("gathered/population.json");
     validate(&population, &committed("study-population"));
     let values = json(&population)["values"].as_array().unwrap().clone();

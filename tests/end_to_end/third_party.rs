@@ -97,3 +97,53 @@ fn missing_names_units_and_bounds_are_explained() {
     let error = with(&[&WIRING[..], &["--free", "tau", "--bounds", "tau=3:9s"]].concat());
     assert!(error.contains("outside its bounds"), "{error}");
 }
+
+/// Goal: an effect that the user declares for somebody else's FMU is found in the data. Set-up: the solid's force and a load cell that
+/// creeps by 0.08 mN/s, noise of 0.01 mN; the plain model has no creep. Reference: the creep that was put in.
+#[test]
+fn a_declared_effect_explains_its_gap() {
+    let d = directory();
+    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
+    let mut csv = "time_s,displacement_mm,force_mN\n".to_owned();
+    let times = (0..=20).map(|i| 0.05 * f64::from(i)).chain((1..=90).map(|i| 1.0 + 0.2 * f64::from(i)));
+    for (k, t) in times.enumerate() {
+        let noise = 0.01 * [1.0, -0.5, 0.3, -1.2, 0.6, -0.9, 1.4][k % 7];
+        let _ = writeln!(csv, "{t},{},{}", t.min(1.0), exact(t, 4.0, 6.0, 2.0) + 0.08 * t + noise);
+    }
+    std::fs::write(&data, csv).expect("a file");
+    let free = ["--free", "k_slow,k_fast,tau", "--bounds", "k_slow=0.1:100", "--bounds", "k_fast=0.1:100"];
+    let more = [
+        "--bounds",
+        "tau=50ms:50s",
+        "--out",
+        text(&out),
+        "--fmu",
+        text(&fmu),
+        "--tare",
+        "none",
+        "--zero",
+        "0",
+    ];
+    let effects = ["--effect", "creep of the load cell=creep:0:0.05", "--effect", "stiffer=k_limit:1e9:1e8"];
+    let printed =
+        succeed(&[&["diagnose", text(&data)], &free[..], &more[..], &effects, &WIRING[..]].concat());
+    assert!(printed.contains("creep of the load cell"), "{printed}");
+    let found = json(&out.join("diagnosis.json"));
+    assert_eq!(found["verdict"]["effects"], serde_json::json!(["creep of the load cell"]), "{printed}");
+    let size =
+        found["effects"].as_array().unwrap().iter().find(|e| e["name"] == "creep of the load cell").unwrap();
+    assert_eq!(size["place"], "declared");
+    let error = fail(&[
+        "diagnose",
+        text(&data),
+        "--fmu",
+        text(&fmu),
+        "--effect",
+        "x=crep:0:1",
+        WIRING[0],
+        WIRING[1],
+        WIRING[2],
+        WIRING[3],
+    ]);
+    assert!(error.contains("--effect x=crep:0:1") && error.contains("creep"), "{error}");
+}

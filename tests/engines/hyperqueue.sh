@@ -13,6 +13,7 @@ hyperqueue_start() {
 }
 hyperqueue_stop() { kill_all "$hyperqueue_server"; }
 hyperqueue_revive() { kill -0 "$hyperqueue_server" 2>/dev/null || hyperqueue_start; }
+hyperqueue_forget() { :; }
 # What a worker runs, with all that it started.
 hyperqueue_kill_worker() {
     # shellcheck disable=SC2046

@@ -3,6 +3,7 @@
 parallel_start() { :; }
 parallel_stop() { :; }
 parallel_revive() { :; }
+parallel_forget() { :; }
 parallel_processes() {
     local process
     for process in $(descendants "$submission"); do

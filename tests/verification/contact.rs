@@ -1,6 +1,6 @@
 //! Unilateral contact: the punch separates, stays away and touches again.
 
-use poropunch::contact::surface::Status;
+use poropunch::contact::status::Status;
 use poropunch::motion::protocol::{Protocol, Trapezoid};
 use poropunch::parameters::MeshPreset;
 use poropunch::specimen::{Discretisation, Motion, Patience, Sample, Stepper};

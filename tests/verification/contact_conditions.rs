@@ -8,7 +8,7 @@
 //! punch's radius, force 1e-4 mN; the consistent force of a mid-side node between closed corners may have any sign, so its pressure
 //! is judged with its corners' by the bilinear functions.
 
-use poropunch::contact::surface::Status;
+use poropunch::contact::status::Status;
 use poropunch::element::Stage;
 use poropunch::law::PointMaterial;
 use poropunch::parameters::{IndenterProfile, MeshPreset, TimeScheme};

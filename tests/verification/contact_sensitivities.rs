@@ -6,7 +6,9 @@
 //! derivatives are judged; what is left depends smoothly on the parameters, and differences can be small.
 
 use crate::verification::sensitivities::value;
-use poropunch::contact::surface::{Contact, Decision, Status, Touch};
+use poropunch::contact::decision::Decision;
+use poropunch::contact::status::{Contact, Status};
+use poropunch::contact::surface::Touch;
 use poropunch::law::{MaterialParameter, Spring};
 use poropunch::motion::path::Path;
 use poropunch::motion::protocol::Trapezoid;

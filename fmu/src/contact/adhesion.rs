@@ -5,7 +5,8 @@
 //! bond breaks for good - until the place is touched again. The work of adhesion is `s d` (J/m^2), the largest pull
 //! `s` times the area. Friction acts on the pressure and the strength together (Derjaguin). Approach is free of it.
 
-use super::surface::{Contact, Surface};
+use super::status::Contact;
+use super::surface::Surface;
 use std::f64::consts::PI;
 
 /// Dugdale's law.

@@ -2,7 +2,8 @@
 
 use super::parameters::BoundaryParameters;
 use super::profile::{Face, Profile};
-use super::surface::{Contact, Plate, Surface};
+use super::status::Contact;
+use super::surface::{Plate, Surface};
 use crate::mesh::Mesh;
 
 /// Least part of the normal force's axial share that friction leaves.

@@ -2,8 +2,10 @@
 
 pub mod adhesion;
 pub mod conditions;
+pub mod decision;
 pub mod parameters;
 pub mod profile;
+pub mod status;
 pub mod surface;
 #[cfg(test)]
 mod tests;
@@ -11,5 +13,7 @@ mod yielding;
 
 pub use adhesion::Adhesion;
 pub use conditions::{Condition, Conditions};
+pub use decision::Decision;
 pub use profile::Profile;
-pub use surface::{Contact, Decision, Status, Surface, Touch};
+pub use status::{Contact, Status};
+pub use surface::{Surface, Touch};

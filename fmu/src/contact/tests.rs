@@ -1,8 +1,10 @@
 //! What a set of nodal forces makes of the bond.
 
 use super::adhesion::Adhesion;
+use super::decision::{Past, Slack, Trial};
 use super::profile::Profile;
-use super::surface::{Contact, Past, Slack, Status, Surface, Trial};
+use super::status::{Contact, Status};
+use super::surface::Surface;
 use crate::element::geometry::Geometry;
 use crate::mesh::Mesh;
 use crate::parameters::Parameters;

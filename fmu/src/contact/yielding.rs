@@ -1,6 +1,7 @@
 //! Patches of the bond that yield, and how their friction changes.
 
-use super::surface::{Contact, Status, Surface};
+use super::status::{Contact, Status};
+use super::surface::Surface;
 use std::ops::Range;
 
 /// Where the friction of a patch comes from.

@@ -1,5 +1,6 @@
 //! The punch's motion in time: protocols, and the path that is integrated along them.
 
+mod interpolation;
 pub mod path;
 pub mod protocol;
 #[cfg(test)]

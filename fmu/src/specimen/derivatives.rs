@@ -9,7 +9,7 @@
 
 use super::stepper::Stepper;
 use crate::contact::conditions::Condition;
-use crate::contact::surface::Contact;
+use crate::contact::status::Contact;
 use crate::element::Stage;
 use crate::element::sensitivity::HistorySensitivity;
 use crate::law::MaterialParameter;

@@ -3,7 +3,8 @@
 use super::derivatives::{ContactSensitivity, Converged};
 use super::step::{Discretisation, Found, Start, Task};
 use super::stepper::Stepper;
-use crate::contact::surface::{Contact, Decision, Slack, Trial};
+use crate::contact::decision::{Decision, Slack, Trial};
+use crate::contact::status::Contact;
 use crate::element::{Inadmissible, Stage};
 use crate::outputs::Statistics;
 use crate::solver::newton::NewtonFailure;

@@ -2,7 +2,8 @@
 
 use super::derivatives::Sensitivity;
 use super::extrapolation::Extrapolation;
-use crate::contact::surface::{Contact, Touch};
+use crate::contact::status::Contact;
+use crate::contact::surface::Touch;
 use crate::element::History;
 use crate::outputs::Outputs;
 use serde::{Deserialize, Serialize};

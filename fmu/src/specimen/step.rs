@@ -3,7 +3,9 @@
 use super::derivatives::Sensitivity;
 use super::extrapolation::Extrapolation;
 use super::state::State;
-use crate::contact::surface::{Contact, Decision, Touch};
+use crate::contact::decision::Decision;
+use crate::contact::status::Contact;
+use crate::contact::surface::Touch;
 use crate::element::History;
 use crate::element::field::Integrals;
 use crate::machine::machine_energy;

@@ -7,15 +7,19 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Key([u8; 32]);
 
-/// Identity of what evaluates the runs: FMU and how it is wired.
+/// Identity of what evaluates the runs: FMU, how it is wired, and what of the processor may change last bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EngineId([u8; 32]);
 
 impl EngineId {
-    /// From the FMU's GUID, the bytes of its binary, and a description of inputs, outputs and their units.
-    pub fn new(guid: &str, binary: &[u8], wiring: &str) -> Self {
+    /// From the FMU's GUID, the bytes of its binary, a description of inputs, outputs and their units, and the vector instructions
+    /// that the model may use: a cache that moves to another processor gives nothing that this one would not compute to the bit.
+    pub fn new(guid: &str, binary: &[u8], wiring: &str, vector_instructions: &str) -> Self {
         let mut hash = Hasher::new("engine");
-        hash.bytes(guid.as_bytes()).bytes(binary).bytes(wiring.as_bytes());
+        hash.bytes(guid.as_bytes())
+            .bytes(binary)
+            .bytes(wiring.as_bytes())
+            .bytes(vector_instructions.as_bytes());
         Self(hash.finish())
     }
 }
@@ -94,7 +98,7 @@ mod tests {
 
     #[test]
     fn every_input_changes_the_key_and_order_does_not() {
-        let engine = EngineId::new("guid", b"binary", "wiring");
+        let engine = EngineId::new("guid", b"binary", "wiring", "avx2");
         let base = Key::of(engine, &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 1e-3));
         assert_eq!(base, Key::of(engine, &job(&[("b", 2.0), ("a", 1.0)], &[0.0, 1.0], 1e-3)));
         let others = [
@@ -104,11 +108,15 @@ mod tests {
             Key::of(engine, &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 0.5], 1e-3)),
             Key::of(engine, &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 2e-3)),
             Key::of(
-                EngineId::new("guid", b"binarz", "wiring"),
+                EngineId::new("guid", b"binarz", "wiring", "avx2"),
                 &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 1e-3),
             ),
             Key::of(
-                EngineId::new("guidb", b"inary", "wiring"),
+                EngineId::new("guidb", b"inary", "wiring", "avx2"),
+                &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 1e-3),
+            ),
+            Key::of(
+                EngineId::new("guid", b"binary", "wiring", "avx512"),
                 &job(&[("a", 1.0), ("b", 2.0)], &[0.0, 1.0], 1e-3),
             ),
         ];

@@ -221,7 +221,7 @@ mod tests {
     use poropunch::motion::protocol::Protocol;
 
     fn engine() -> EngineId {
-        EngineId::new("guid", b"binary", "")
+        EngineId::new("guid", b"binary", "", "")
     }
 
     fn job(value: f64) -> Job {

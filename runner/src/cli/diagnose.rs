@@ -12,14 +12,17 @@ use super::{CliResult, Ending};
 use crate::assumption;
 use crate::data::measurement::DOUBT;
 use crate::data::{DataError, Measurement, Reading, Synchronised, Wanted, read_tests};
-use crate::diagnosis::diagnose::{DiagnosisError, Effort, diagnose};
+use crate::diagnosis::declared::declared;
+use crate::diagnosis::diagnose::{DiagnosisError, Effort, Given, diagnose};
 use crate::diagnosis::page::page;
 use crate::diagnosis::published;
 use crate::diagnosis::result::Diagnosis;
 use crate::diagnosis::summary::{About, summary};
+use crate::diagnosis::thresholds::Thresholds;
 use crate::diagnosis::wording::table;
 use crate::fit::{EvaluationFailure, FitError};
 use crate::inference::Setup;
+use crate::inference::effect::Effect;
 use crate::inference::fit::FitFailure;
 use crate::inference::start::Mentioned;
 use crate::inference::{Requests, Unknowns};
@@ -27,7 +30,7 @@ use crate::inspection::{Options, examine};
 use crate::noise::observation::observe;
 use crate::output::{Folder, json, protect};
 use crate::pool::{Job, Priority, RunFailure};
-use crate::setting::settings_from;
+use crate::setting::{settings_from, written};
 use clap::{Args, ValueHint};
 use poropunch::motion::protocol::{ProtocolError, Trapezoid};
 use std::path::{Path, PathBuf};
@@ -65,9 +68,22 @@ pub struct Arguments {
     /// Start of a fitted parameter, and centre of what is believed of it [default: what the data say] (repeatable)
     #[arg(long, value_name = "NAME=VALUE[UNIT]")]
     pub(super) start: Vec<String>,
+    /// Exactly these are fitted [default: the material's] (repeatable, or a,b,c)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(super) free: Vec<String>,
+    /// Bounds of a fitted parameter [default: what the data say] (repeatable)
+    #[arg(long, value_name = "NAME=LOWER:UPPER")]
+    pub(super) bounds: Vec<String>,
+    /// An effect of your own beside the catalogue's: a parameter of the FMU, its value without the effect, and
+    /// the change that a plausible effect makes, e.g. thinner=geometry.sample_height:10mm:-0.5mm (repeatable)
+    #[arg(long, value_name = "NAME=PARAMETER:NULL:SCALE")]
+    pub(super) effect: Vec<String>,
     /// A gap of a smaller part of the peak does not matter, e.g. 0.5%
     #[arg(long, value_name = "PERCENT", default_value = "1%", value_parser = percent)]
     pub(super) matters: f64,
+    /// Another value of a constant that decides the answer, for studies of the method (repeatable)
+    #[arg(long, value_name = "NAME=VALUE", hide_short_help = true)]
+    pub(super) threshold: Vec<String>,
     /// Largest number of evaluations of each fit (those inside a Jacobian are not counted)
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = super::count::evaluations)]
     pub(super) max_evaluations: usize,
@@ -160,8 +176,11 @@ pub fn diagnosis_of(
     let inspection = examine(&tests, &options)?;
     let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
     let engine = arguments.engine.engine(&[], true, Some(cache), stop)?;
+    let declared = declared(engine.wiring(), &arguments.effect)?;
     let mut requests = Requests {
         set: arguments.engine.settings(),
+        free: arguments.free.clone(),
+        bounds: arguments.bounds.clone(),
         fix: arguments.fix.clone(),
         start: arguments.start.clone(),
         ..Requests::default()
@@ -180,25 +199,30 @@ pub fn diagnosis_of(
         others.push(of(&requests)?.start().to_vec());
         requests.defaults = start.defaults(mentioned);
     }
+    // Without the effect its parameter has the value that was declared.
+    requests.set.extend(declared.iter().map(|d| written(engine.wiring(), &d.parameter, d.null)));
     let unknowns = of(&requests)?;
     for other in &mut others {
         *other = unknowns.clone().starting_at(other).start().to_vec();
     }
-    idle::bounds_and_starts(&[], &arguments.start, &unknowns)?;
+    idle::bounds_and_starts(&arguments.bounds, &arguments.start, &unknowns)?;
+    let effects: Vec<Effect> = declared.into_iter().map(|d| d.effect).collect();
 
     let progress = Progress::of_fit(0);
     let effort = Effort {
         quick: arguments.quick,
         evaluations: arguments.max_evaluations,
         matters_percent: arguments.matters,
+        thresholds: Thresholds::default().with(&arguments.threshold)?,
     };
+    let given = Given { others: &others, sample_height_m: height, declared: &effects };
     let mut say = |what: String| {
         if arguments.verbose {
             terminal::aside("text", &format!("{:.1} s: {what}", started.elapsed().as_secs_f64()));
         }
         progress.show(0, what);
     };
-    let found = diagnose(&engine, observations, &unknowns, &others, height, effort, &mut say);
+    let found = diagnose(&engine, observations, &unknowns, given, effort, &mut say);
     progress.finish();
     let found = match found {
         Err(error) if is_interruption(&error) => return Ok(None),

@@ -177,9 +177,10 @@ fn plan(arguments: &PlanArguments) -> CliResult {
         .flat_map(|c| c.get_arguments().filter(takes_path).filter_map(clap::Arg::get_long))
         .map(|long| format!("--{long}"))
         .collect();
-    let units = asked.units(&program_hash()?, &|name| paths.iter().any(|p| p == name))?;
+    let hash = program_hash()?;
+    let units = asked.units(&hash, &|name| paths.iter().any(|p| p == name))?;
     check(&program, asked.question, &units)?;
-    let plan = Plan::make(&asked, &units, &arguments.out)?;
+    let plan = Plan::make(&asked, hash, &units, &arguments.out)?;
     let done = units.len() - status::missing(&plan, true)?.len();
     let there = if done > 0 { format!("; {done} have their results already") } else { String::new() };
     say!("{} units in {}{there}", units.len(), arguments.out.display());

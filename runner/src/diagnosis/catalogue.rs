@@ -67,13 +67,18 @@ fn of_variant(effect: &effect::Effect, variant: &'static Variant, wiring: &Wirin
         name: variant_name(effect, variant),
         family: effect.name.to_owned(),
         title: if several { format!("{}: {}", effect.title, variant.name) } else { effect.title.to_owned() },
-        place: place(effect.place),
+        place: match effect.place {
+            effect::Place::Specimen => Place::Specimen,
+            effect::Place::Contact => Place::Contact,
+            effect::Place::Machine => Place::Machine,
+            effect::Place::Sensor => Place::Sensor,
+            effect::Place::Numerics => Place::Numerics,
+        },
         sign: sign(variant),
         scope: if BETWEEN_TESTS.contains(&effect.name) { Scope::BetweenTests } else { Scope::Shared },
         scale,
         unit,
         largest: largest(variant, wiring),
-        mimics: effect.mimicked_by.to_owned(),
         reveals: effect.revealed_by.to_owned(),
         differentiable: variant.differentiable,
         is_a_number: NUMBERS.contains(&effect.name),
@@ -111,16 +116,6 @@ fn scale(setting: &Setting) -> Option<(f64, String)> {
     }
 }
 
-fn place(place: effect::Place) -> Place {
-    match place {
-        effect::Place::Specimen => Place::Specimen,
-        effect::Place::Contact => Place::Contact,
-        effect::Place::Machine => Place::Machine,
-        effect::Place::Sensor => Place::Sensor,
-        effect::Place::Numerics => Place::Numerics,
-    }
-}
-
 fn sign(variant: &Variant) -> Sign {
     match variant.sign {
         _ if variant.is_switch() => Sign::Switch,
@@ -129,10 +124,8 @@ fn sign(variant: &Variant) -> Sign {
     }
 }
 
-/// The largest magnitude up to [`LARGEST`] that keeps all parameters within the FMU's ranges, in both directions
-/// where both mean something.
+/// The largest magnitude that keeps all parameters within the FMU's ranges, in both directions where both mean something.
 fn largest(variant: &Variant, wiring: &Wiring) -> f64 {
-    const HALVINGS: usize = 12;
     let inside = |m: f64| {
         variant.settings.iter().all(|setting| {
             let Some(v) = wiring.parameters.get(setting.parameter) else { return false };
@@ -141,7 +134,11 @@ fn largest(variant: &Variant, wiring: &Wiring) -> f64 {
                 || (v.min.unwrap_or(f64::NEG_INFINITY)..=v.max.unwrap_or(f64::INFINITY)).contains(&value)
         })
     };
-    let admissible = |m: &f64| inside(*m) && (sign(variant) != Sign::Either || inside(-m));
-    let halved = (0..HALVINGS).map(|k| LARGEST * 0.5f64.powi(k as i32));
-    halved.into_iter().find(admissible).unwrap_or(1.0)
+    largest_within(|m| inside(m) && (sign(variant) != Sign::Either || inside(-m)))
+}
+
+/// The largest admissible magnitude of [`LARGEST`] and its halves.
+pub(super) fn largest_within(admissible: impl Fn(f64) -> bool) -> f64 {
+    const HALVINGS: i32 = 12;
+    (0..HALVINGS).map(|k| LARGEST * 0.5f64.powi(k)).find(|m| admissible(*m)).unwrap_or(1.0)
 }

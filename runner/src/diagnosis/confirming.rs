@@ -4,7 +4,6 @@ use super::location::spots;
 use super::screening::Family;
 use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
-use super::verdict::SIGNIFICANT;
 use crate::fit::IterationRecord;
 use crate::inference::Setup;
 use crate::inference::effect::Candidate;
@@ -34,13 +33,14 @@ pub struct Refit {
 }
 
 impl Refit {
-    /// The same judged against a fit of the plain model, of whose gap a smooth error explains `gap`.
+    /// The same judged against a fit of the plain model, of whose gap a smooth error explains `gap`; a smaller part than `rest` of it is a
+    /// matter of the effect's form.
     #[must_use]
-    pub fn against(self, candidates: &[Candidate], plain: &Fit, gap: &SomethingElse) -> Self {
+    pub fn against(self, candidates: &[Candidate], plain: &Fit, gap: &SomethingElse, rest: f64) -> Self {
         let active: Vec<&Candidate> = self.members.iter().map(|k| &candidates[*k]).collect();
         // Of a gap with kinks, as a lag leaves it, a smooth error explains little: the larger measure is the gap.
         let whole = gap.explained.max(excess(plain));
-        let is_small = |rest: f64| rest < REST * REST * whole;
+        let is_small = |left: f64| left < rest * rest * whole;
         Self {
             evidence: self.fit.evidence(&active) - plain.evidence(&[]),
             gain: plain.solution.chi_square - self.fit.misfit(),
@@ -49,14 +49,11 @@ impl Refit {
         }
     }
 
-    /// Whether noise alone leaves such a rest.
-    pub fn leaves_noise(&self) -> bool {
-        self.adequacy > SIGNIFICANT
+    /// Whether noise alone leaves such a rest with more than this probability.
+    pub fn leaves_noise(&self, significant: f64) -> bool {
+        self.adequacy > significant
     }
 }
-
-/// A rest of the gap below this part, in units of the noise, is a matter of the effect's form.
-const REST: f64 = 0.35;
 
 /// Distance of a start from a bound.
 const INSIDE: f64 = 0.02;
@@ -72,7 +69,7 @@ pub fn refit(
     depth: Depth,
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
-    let &Search { setup, candidates, plain, gap, covariance, evaluations, .. } = search;
+    let &Search { setup, candidates, plain, gap, covariance, evaluations, thresholds, .. } = search;
     let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
     let start = [from, &start_magnitudes(candidates, members)].concat();
     let plan = FitPlan { starts: vec![start], evaluations, depth };
@@ -87,7 +84,7 @@ pub fn refit(
         leaves_little: false,
         fit: found,
     };
-    Ok(refit.against(candidates, plain, gap))
+    Ok(refit.against(candidates, plain, gap, thresholds.rest))
 }
 
 /// Where the magnitudes of a refit begin: inside their ranges, since the optimiser cannot leave a bound on which it starts.

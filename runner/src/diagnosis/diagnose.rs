@@ -11,13 +11,14 @@ use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
 use super::shrinkage::Comparison;
 use super::something_else::{SomethingElse, something_else};
-use super::verdict::{DECISIVE, Decision, Evidence, SIGNIFICANT, decide};
+use super::thresholds::Thresholds;
+use super::verdict::{Decision, Evidence, decide};
 use crate::engine::Engine;
 use crate::fit::{EvaluationFailure, FitError, IterationRecord};
 use crate::inference::Setup;
 use crate::inference::Signature;
 use crate::inference::Unknowns;
-use crate::inference::effect::{Candidate, is_continuous};
+use crate::inference::effect::{Candidate, Effect, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, ROUGH, fit};
 use crate::inference::{NoiseFailure, noise_at};
 use crate::noise::ObservationError;
@@ -35,6 +36,8 @@ pub struct Effort {
     pub evaluations: usize,
     /// A gap of a smaller part of the peak does not matter (%).
     pub matters_percent: f64,
+    /// What decides.
+    pub thresholds: Thresholds,
 }
 
 /// A diagnosis that cannot be made.
@@ -88,6 +91,8 @@ pub struct Findings {
     pub refits: Vec<Refit>,
     /// Parts that can be predicted from the rest.
     pub splits: Vec<Split>,
+    /// What decided.
+    pub thresholds: Thresholds,
     /// The answer.
     pub decision: Decision,
     /// Largest mean difference between data and plain model in any phase of any cycle, as part of its test's largest force (%).
@@ -98,11 +103,18 @@ pub struct Findings {
     pub proposals: Vec<Proposal>,
 }
 
-/// A chi^2 that noise exceeds more seldom is a gap, wherever it is.
-const FLAGRANT: f64 = 1e-4;
+/// What is known beside the tests.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Given<'a> {
+    /// Further points from which fits start, where nothing is missing of what an effect hides.
+    pub others: &'a [Vec<f64>],
+    /// Height of the sample (m).
+    pub sample_height_m: Option<f64>,
+    /// The user's effects beside the catalogue's.
+    pub declared: &'a [Effect],
+}
 
-/// Makes the diagnosis; `say` hears what is being done. `others`: further points from which fits start, where nothing is missing
-/// of what an effect hides.
+/// Makes the diagnosis; `say` hears what is being done.
 ///
 /// # Errors
 /// When the plain model cannot be fitted, or the user asked to stop.
@@ -110,16 +122,17 @@ pub fn diagnose(
     engine: &Engine,
     observations: Vec<Observation>,
     unknowns: &Unknowns,
-    others: &[Vec<f64>],
-    sample_height_m: Option<f64>,
+    given: Given<'_>,
     effort: Effort,
     say: &mut dyn FnMut(String),
 ) -> Result<Findings, DiagnosisError> {
+    let Given { others, sample_height_m, declared } = given;
     let observations = computable(engine, observations, unknowns, sample_height_m)?;
     let setup = Setup::new(engine, &observations, unknowns);
     let weights = Weights::default();
     let names: Vec<String> = observations.iter().map(|o| o.name().to_owned()).collect();
-    let (effects, left_out) = effects(engine.wiring());
+    let (mut effects, left_out) = effects(engine.wiring());
+    effects.extend_from_slice(declared);
     let candidates = Candidate::of(&effects, &names);
     let asked = |noise| Asked { setup, others, candidates: &candidates, noise, effort };
     // The error of the simulation is that of the fitted material, which the start may be far from.
@@ -156,16 +169,18 @@ pub fn diagnose(
     }
     let Round { plain, screened, failed, spots, family, probability, flagrant, something_else, refits } =
         round;
+    let thresholds = effort.thresholds;
     let y = &plain.linear.residual;
     let splits = splits(&observations);
     let alike = |a: usize, b: usize| alike(&screened, a, b);
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
-    let mates = |leader: usize| mates(&candidates, &screened, &refits, y, leader);
-    let accepted = |r: &Refit| accepted(&plain, r, &splits);
+    let mates = |leader: usize| mates(&candidates, &screened, &refits, y, leader, thresholds.decisive);
+    let accepted = |r: &Refit| accepted(&plain, r, &splits, &thresholds);
     let gap_percent = gap_percent(&observations, &spots, &plain);
     let is_small = gap_percent < effort.matters_percent;
-    let removed = |r: &Refit| removed(&plain, r, &splits);
+    let removed = |r: &Refit| removed(&plain, r, &splits, &thresholds);
     let decision = decide(&Evidence {
+        thresholds,
         is_small,
         removed: &removed,
         probability,
@@ -194,6 +209,7 @@ pub fn diagnose(
         screened,
         failed,
         left_out,
+        thresholds,
         family,
         probability,
         something_else,
@@ -266,25 +282,28 @@ impl Asked<'_> {
         // Noise that is not quite white raises chi^2 a little: that alone is no gap.
         let misfit = whole(&plain);
         let local = family.probability(largest);
-        let flagrant = misfit < FLAGRANT;
+        let flagrant = misfit < effort.thresholds.flagrant;
         let probability = if flagrant { local.min(misfit) } else { local };
         say(format!("largest score {largest:.2}, probability under noise {probability:.4}"));
         let something_else = something_else(observations, &plain.linear, covariance);
-        let threshold = family.threshold(SIGNIFICANT);
+        let threshold = family.threshold(effort.thresholds.significant);
         let testable = |s: &&Screened| {
             is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold)
         };
         let mut refits = Vec::new();
         if let Some(known) = known {
-            let against = |refit: Refit| refit.against(candidates, &plain, &something_else);
+            let against =
+                |refit: Refit| refit.against(candidates, &plain, &something_else, effort.thresholds.rest);
             refits = known.into_iter().map(against).collect();
-        } else if probability <= SIGNIFICANT {
+        } else if probability <= effort.thresholds.significant {
             let shown: Vec<&Screened> = screened.iter().filter(testable).collect();
             let covariance = &noise.covariance;
             let (quick, evaluations) = (effort.quick, effort.evaluations);
             let gap = &something_else;
+            let plain = &plain;
+            let thresholds = effort.thresholds;
             let search =
-                Search { setup, others, candidates, plain: &plain, gap, covariance, evaluations, quick };
+                Search { setup, others, candidates, plain, gap, covariance, evaluations, quick, thresholds };
             refits = search.run(&shown, say)?;
         }
         Ok(Round { plain, screened, failed, spots, family, probability, flagrant, something_else, refits })
@@ -359,13 +378,14 @@ fn mates(
     refits: &[Refit],
     residual: &DVector<f64>,
     leader: usize,
+    decisive: f64,
 ) -> Vec<usize> {
     let gain = |s: &Screened| s.signature.score(residual).powi(2);
     let Some(own) = screened.iter().find(|s| s.candidate == leader).map(gain) else { return vec![] };
     let is_mate = |s: &&Screened| {
         let refitted = refits.iter().any(|r| r.members == [s.candidate]);
         let promises = linear_evidence(&candidates[s.candidate], &s.signature, residual) > 0.0;
-        !refitted && promises && alike(screened, leader, s.candidate) && own - gain(s) < DECISIVE
+        !refitted && promises && alike(screened, leader, s.candidate) && own - gain(s) < decisive
     };
     screened.iter().filter(is_mate).map(|s| s.candidate).collect()
 }
@@ -383,9 +403,9 @@ fn gap_percent(observations: &[Observation], spots: &[Spot], plain: &Fit) -> f64
 
 /// Whether the effects surely bring the prediction of some held-out data nearer to them; `None` where no split determines them, or
 /// has a gap of its own.
-fn removed(plain: &Fit, refit: &Refit, splits: &[Split]) -> Option<bool> {
+fn removed(plain: &Fit, refit: &Refit, splits: &[Split], thresholds: &Thresholds) -> Option<bool> {
     let of = |split: &Split| {
-        let comparison = Comparison::new(plain, &refit.fit, split).filter(|c| c.informative)?;
+        let comparison = Comparison::new(plain, &refit.fit, split, thresholds).filter(|c| c.informative)?;
         let all: Vec<usize> = (0..split.predicted.len()).collect();
         comparison.shrinkage(&all, &comparison.draws()).interval.map(|(low, _)| low > 0.0)
     };
@@ -393,8 +413,8 @@ fn removed(plain: &Fit, refit: &Refit, splits: &[Split]) -> Option<bool> {
 }
 
 /// Whether held-out data accept a model: the sum over the splits that determine it.
-fn accepted(plain: &Fit, refit: &Refit, splits: &[Split]) -> Option<bool> {
-    let comparisons = splits.iter().filter_map(|s| Comparison::new(plain, &refit.fit, s));
+fn accepted(plain: &Fit, refit: &Refit, splits: &[Split], thresholds: &Thresholds) -> Option<bool> {
+    let comparisons = splits.iter().filter_map(|s| Comparison::new(plain, &refit.fit, s, thresholds));
     let scores: Vec<f64> = comparisons.filter(|c| c.informative).map(|c| c.score).collect();
     (!scores.is_empty()).then(|| scores.iter().sum::<f64>() > 0.0)
 }

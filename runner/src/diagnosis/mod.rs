@@ -14,6 +14,7 @@
 
 pub mod catalogue;
 pub mod confirming;
+pub mod declared;
 pub mod diagnose;
 pub mod experiments;
 mod figures;
@@ -32,6 +33,7 @@ pub mod something_else;
 pub mod summary;
 #[cfg(test)]
 mod tests;
+pub mod thresholds;
 pub mod verdict;
 #[cfg(test)]
 mod verdict_tests;

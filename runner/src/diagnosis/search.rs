@@ -12,7 +12,7 @@ use super::confirming::{Refit, excess, refit, start_magnitudes};
 use super::diagnose::{DiagnosisError, linear_evidence};
 use super::screening::{Screened, Screening};
 use super::something_else::SomethingElse;
-use super::verdict::DECISIVE;
+use super::thresholds::Thresholds;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::Candidate;
 use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH, Tangent, chi_square, linearised};
@@ -25,11 +25,6 @@ const QUICK: usize = 4;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
-/// Evidence (twice the logarithm) that a second effect must have in the rest of the best single one.
-const PAIR_GAIN: f64 = 8.0;
-/// Nature's law of the first effect may deviate from the catalogue's by this part of it; what a second one does must be more than
-/// that explains.
-const FORM: f64 = 0.3;
 /// A second effect whose expected magnitude does harm begins at this part of it, and at this part of that, ...
 const GENTLER: f64 = 0.25;
 /// so many times.
@@ -87,6 +82,8 @@ pub struct Search<'a> {
     pub evaluations: usize,
     /// Fewer models.
     pub quick: bool,
+    /// What decides.
+    pub thresholds: Thresholds,
 }
 
 impl Search<'_> {
@@ -112,7 +109,7 @@ impl Search<'_> {
         self.begin_elsewhere(&mut found, say)?;
         let mut refits: Vec<Refit> = found.into_iter().map(|(refit, _)| refit).collect();
         self.carry_on(&mut refits, say)?;
-        if let Some(best) = refits.first().filter(|best| !best.leaves_noise())
+        if let Some(best) = refits.first().filter(|best| !best.leaves_noise(self.thresholds.significant))
             && let Some(pair) = self.pair(best, shown, say)?
         {
             // Each of the two alone has to be fitted as well as the pair is: from where that ended, too.
@@ -196,7 +193,10 @@ impl Search<'_> {
         for _ in 0..if self.quick { QUICK_AGAIN } else { AGAIN } {
             let leader = found.iter_mut().max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
             let Some((refit, elsewhere)) = leader else { break };
-            let Some(at) = elsewhere.pop_front().filter(|_| !refit.leaves_noise()) else { break };
+            let Some(at) = elsewhere.pop_front().filter(|_| !refit.leaves_noise(self.thresholds.significant))
+            else {
+                break;
+            };
             if let Some(other) = self.begun(&at, say)?.filter(|other| other.gain > refit.gain) {
                 *refit = other;
             }
@@ -208,7 +208,9 @@ impl Search<'_> {
     fn carry_on(&self, refits: &mut [Refit], say: &mut dyn FnMut(String)) -> Result<(), DiagnosisError> {
         let by_evidence = |a: &Refit, b: &Refit| b.evidence.total_cmp(&a.evidence);
         refits.sort_by(by_evidence);
-        let Some(least) = refits.first().map(|r| r.evidence - DECISIVE) else { return Ok(()) };
+        let Some(least) = refits.first().map(|r| r.evidence - self.thresholds.decisive) else {
+            return Ok(());
+        };
         for found in refits.iter_mut() {
             // A rough fit ends where one more iteration gains less than this part of chi^2.
             let may_gain = ROUGH * found.fit.solution.chi_square;
@@ -261,7 +263,7 @@ impl Search<'_> {
             [magnitude, ..] => (*magnitude, fit.jacobian_mn.column(fit.parameters) * *magnitude),
         };
         // What is a number and no law has no other form.
-        let form = if self.candidates[first].effect.is_a_number { 0.0 } else { FORM };
+        let form = if self.candidates[first].effect.is_a_number { 0.0 } else { self.thresholds.form };
         let covariance = fit.covariance.with(form_errors(self.setup.observations, &change_mn, form));
         let linear = linearised(&fit.jacobian_mn, &fit.gap_mn, &covariance, &fit.prior, &fit.solution.x);
         let family = |k: usize| &self.candidates[k].effect.family;
@@ -278,13 +280,14 @@ impl Search<'_> {
         let mut in_rest: Vec<_> = screened
             .iter()
             .map(|s| (self.promise(s.candidate, &s.signature, &linear), &s.signature))
-            .filter(|(promise, _)| promise.evidence > PAIR_GAIN)
+            .filter(|(promise, _)| promise.evidence > self.thresholds.second)
             .collect();
         in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));
         let mut in_rest = in_rest.into_iter();
         let Some((promise, signature)) = in_rest.next() else { return Ok(None) };
-        let as_good =
-            |(p, s): &(Promise, &Signature)| signature.looks_like(s) && promise.gain - p.gain < DECISIVE;
+        let as_good = |(p, s): &(Promise, &Signature)| {
+            signature.looks_like(s) && promise.gain - p.gain < self.thresholds.decisive
+        };
         let alternatives = in_rest.filter(as_good).map(|(p, _)| p.candidate).collect();
         Ok(Some(Partner { promise, alternatives }))
     }

@@ -9,7 +9,7 @@
 //! lie, and as wide a range around what was found.
 
 use super::held_out::{Predictor, Split, gap_mn};
-use super::verdict::SIGNIFICANT;
+use super::thresholds::Thresholds;
 use crate::data::random::Random;
 use crate::inference::fit::Fit;
 use nalgebra::{DMatrix, DVector};
@@ -73,10 +73,8 @@ pub struct Comparison {
     pub score: f64,
     /// Whether the fitted points determine the effects: of none more than this share of the prior's variance is left.
     pub informative: bool,
+    significant: f64,
 }
-
-/// A magnitude of which more of the prior's variance is left was not learned.
-const LEARNED: f64 = 0.5;
 
 /// Distances of the plain model's and the extended one's predictions of simulated measurements from their force without noise, where
 /// the extended one is true (mN, predicted points).
@@ -84,13 +82,13 @@ pub type Draws = Vec<[DVector<f64>; 2]>;
 
 impl Comparison {
     /// `None` where a model cannot be fitted to the split.
-    pub fn new(plain: &Fit, extended: &Fit, split: &Split) -> Option<Self> {
+    pub fn new(plain: &Fit, extended: &Fit, split: &Split, thresholds: &Thresholds) -> Option<Self> {
         let parameters = extended.parameters;
         let (plain, extended) = (Side::new(plain, split)?, Side::new(extended, split)?);
         let all: Vec<usize> = (0..split.predicted.len()).collect();
         let score = extended.log_score(&all) - plain.log_score(&all);
-        let informative = extended.predictor.left[parameters..].iter().all(|left| *left < LEARNED);
-        Some(Self { plain, extended, score, informative })
+        let informative = extended.predictor.left[parameters..].iter().all(|left| *left < thresholds.learned);
+        Some(Self { plain, extended, score, informative, significant: thresholds.significant })
     }
 
     /// Predictions (mN) at the split's points with or without the effect, from what was measured at all points (mN).
@@ -144,7 +142,7 @@ impl Comparison {
             true => self.score,
             false => self.extended.log_score(points) - self.plain.log_score(points),
         };
-        let value = part_removed(before_mn, after_mn).filter(|_| ratio > -2.0 * SIGNIFICANT.ln());
+        let value = part_removed(before_mn, after_mn).filter(|_| ratio > -2.0 * self.significant.ln());
         let interval = value.and_then(|value| {
             let norm =
                 |distance: &DVector<f64>| points.iter().map(|&i| distance[i].powi(2)).sum::<f64>().sqrt();
@@ -207,7 +205,13 @@ mod tests {
         let measured = truth.map(|f| f + DEVIATION * random.normal());
         let (fitted_points, predicted) = ((0..POINTS / 2).collect(), (POINTS / 2..POINTS).collect());
         let split = Split { name: String::new(), fitted: fitted_points, predicted };
-        let c = Comparison::new(&fitted(&measured, false), &fitted(&measured, true), &split).unwrap();
+        let c = Comparison::new(
+            &fitted(&measured, false),
+            &fitted(&measured, true),
+            &split,
+            &Thresholds::default(),
+        )
+        .unwrap();
         let distance = |with: bool| {
             let predicted = c.predicted_mn(measured.as_slice(), with);
             predicted

@@ -7,7 +7,6 @@ use super::result::*;
 use super::screening::Screened;
 use super::shrinkage::Comparison;
 use super::simple_rules::simple_rules;
-use super::verdict::SIGNIFICANT;
 use super::wording;
 use crate::data::Phase;
 use crate::inference::FitParameter;
@@ -35,7 +34,7 @@ pub struct About<'a> {
 
 /// The structure.
 pub fn summary(f: &Findings, about: &About) -> Diagnosis {
-    let threshold = f.family.threshold(SIGNIFICANT);
+    let threshold = f.family.threshold(f.thresholds.significant);
     let members = &f.decision.members;
     let name = |k: &usize| f.candidates[*k].name.clone();
     let (held_out, shrinkage) = f.decision.refit.map_or((vec![], None), |k| held_out(f, &f.refits[k]));
@@ -209,7 +208,7 @@ fn overlap(screened: &[Screened]) -> Vec<Vec<f64>> {
 fn not_testable(f: &Findings, effects: &[EffectSummary]) -> Vec<NotTestable> {
     let weak = effects.iter().filter(|e| !e.testable).map(|e| NotTestable {
         name: e.name.clone(),
-        reason: wording::too_weak(e, f.family.threshold(SIGNIFICANT)),
+        reason: wording::too_weak(e, f.family.threshold(f.thresholds.significant)),
     });
     let failed = f.failed.iter().map(|failed| NotTestable {
         name: f.candidates[failed.candidate].name.clone(),
@@ -231,7 +230,7 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let measured: Vec<f64> = f.observations.iter().flat_map(Observation::force_mn).collect();
     let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.phases.iter().copied()).collect();
     for split in &f.splits {
-        let Some(c) = Comparison::new(&f.plain, &refit.fit, split) else { continue };
+        let Some(c) = Comparison::new(&f.plain, &refit.fit, split, &f.thresholds) else { continue };
         let draws = c.draws();
         let mut parts = Vec::new();
         for phase in std::iter::once(None).chain(Phase::ALL.map(Some)) {

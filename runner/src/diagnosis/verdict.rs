@@ -6,26 +6,15 @@
 
 use super::confirming::Refit;
 use super::result::Kind;
-
-/// Family-wise probability below which there is a gap.
-pub const SIGNIFICANT: f64 = 0.05;
-/// Twice the log evidence, or chi^2, by which a model must lead for the others to be left out of the answer.
-pub const DECISIVE: f64 = 6.0;
-/// Probability under noise below which a refit is not adequate.
-const INADEQUATE: f64 = 0.01;
-/// Prior odds of a pair, and of something outside the catalogue, against a single effect, as twice their logarithm.
-const PAIR_PENALTY: f64 = 4.0;
-const ELSE_PENALTY: f64 = 4.0;
+use super::thresholds::Thresholds;
 
 /// Longest list of effects that is an answer: a longer one helps nobody to choose what to measure next.
 const MOST_NAMED: usize = 3;
 
-/// Part of the answers that find a gap and are right: nature keeps to no catalogue's forms, which the evidence does not know. Found on one
-/// half of a hundred cases of `challenge` (24 of 28) and confirmed on the other (21 of 24).
-const RELIABILITY: f64 = 0.86;
-
 /// What is weighed.
 pub struct Evidence<'a> {
+    /// What decides.
+    pub thresholds: Thresholds,
     /// Family-wise probability of the largest score under noise.
     pub probability: f64,
     /// Whether the plain model's chi^2 alone shows a gap, wherever it is.
@@ -71,9 +60,9 @@ pub struct Decision {
 
 /// Twice the log of a refit's evidence times its prior odds; what its rest still offers to something else is added, as
 /// a model with both, at the price of something else.
-fn weight(refit: &Refit) -> f64 {
-    let both = if refit.members.len() > 1 { PAIR_PENALTY } else { 0.0 };
-    let with_rest = refit.remainder.evidence - ELSE_PENALTY;
+fn weight(refit: &Refit, complexity: f64) -> f64 {
+    let both = if refit.members.len() > 1 { complexity } else { 0.0 };
+    let with_rest = refit.remainder.evidence - complexity;
     refit.evidence - both + with_rest.max(0.0)
 }
 
@@ -92,12 +81,14 @@ fn add_distinct(
 
 /// Decides.
 pub fn decide(e: &Evidence) -> Decision {
-    let mut weights: Vec<f64> = e.refits.iter().map(weight).collect();
+    let Thresholds { significant, inadequate, decisive, complexity, reliability, .. } = e.thresholds;
+    let mut weights: Vec<f64> = e.refits.iter().map(|r| weight(r, complexity)).collect();
     // Where a single effect leaves nothing but noise, something else cannot be more likely: a smooth error of any shape
     // fits whatever an effect of an unexpected size does.
-    let adequate = weights.iter().zip(e.refits).filter(|(_, r)| r.leaves_noise() && r.members.len() == 1);
+    let adequate =
+        weights.iter().zip(e.refits).filter(|(_, r)| r.leaves_noise(significant) && r.members.len() == 1);
     let bound = adequate.map(|(w, _)| *w).reduce(f64::max).unwrap_or(f64::INFINITY);
-    let elsewhere = bound.min(e.something_else - ELSE_PENALTY);
+    let elsewhere = bound.min(e.something_else - complexity);
     weights.push(elsewhere);
     // Half of all cases have no gap before anything is measured; the other half is shared by the effects.
     let plain = 2.0 * (e.rivals.max(1) as f64).ln();
@@ -112,14 +103,14 @@ pub fn decide(e: &Evidence) -> Decision {
         unnamed: vec![],
         is_immaterial: false,
         refit,
-        confidence: confidence.clamp(0.01, 0.99) * if kind == Kind::NoGap { 1.0 } else { RELIABILITY },
+        confidence: confidence.clamp(0.01, 0.99) * if kind == Kind::NoGap { 1.0 } else { reliability },
         probabilities: probabilities.clone(),
     };
-    if e.probability > SIGNIFICANT {
+    if e.probability > significant {
         // Half of all cases have no gap before anything is measured; noise passes this p in this part of them.
         return decision(Kind::NoGap, vec![], None, 0.5 + 0.5 * e.probability.sqrt());
     }
-    let explains = |r: &Refit| (r.adequacy > INADEQUATE || r.leaves_little) && (e.accepted)(r) != Some(false);
+    let explains = |r: &Refit| (r.adequacy > inadequate || r.leaves_little) && (e.accepted)(r) != Some(false);
     let mut order: Vec<usize> = (0..e.refits.len()).collect();
     order.sort_by(|a, b| weights[*b].total_cmp(&weights[*a]));
     let elsewhere_share = probabilities[e.refits.len()];
@@ -157,9 +148,9 @@ pub fn decide(e: &Evidence) -> Decision {
     let rival = |k: &usize| {
         let r = &e.refits[*k];
         let is_alike = (e.alike)(leader, r.members[0]);
-        let near = weights[best] - weights[*k] < DECISIVE;
+        let near = weights[best] - weights[*k] < decisive;
         // What size an effect may have is a matter of opinion: one that looks the same and meets the data as well stays in the group.
-        let as_good = is_alike && r.fit.misfit() - refit.fit.misfit() < DECISIVE;
+        let as_good = is_alike && r.fit.misfit() - refit.fit.misfit() < decisive;
         r.members.len() == 1 && *k != best && (as_good || near && (explains(r) || is_alike))
     };
     let rivals: Vec<usize> = order.iter().copied().filter(rival).collect();

@@ -3,6 +3,7 @@
 use super::confirming::Refit;
 use super::result::Kind;
 use super::something_else::SomethingElse;
+use super::thresholds::Thresholds;
 use super::verdict::{Decision, Evidence, decide};
 use crate::fit::{Prior, Solution};
 use crate::inference::Linearised;
@@ -41,6 +42,7 @@ fn refit(candidate: usize, evidence: f64) -> Refit {
 /// What is weighed between `refits`; candidates 10 and 11 are forms of one effect.
 fn evidence(refits: &[Refit], probability: f64, something_else: f64) -> Evidence<'_> {
     Evidence {
+        thresholds: Thresholds::default(),
         probability,
         is_flagrant: false,
         is_small: false,

@@ -22,6 +22,8 @@ pub enum Place {
     Sensor,
     /// Mesh, time steps, read-out of the simulation.
     Numerics,
+    /// Nobody said: an effect that the user declared.
+    Declared,
 }
 
 /// Which magnitudes an effect can have.
@@ -70,8 +72,6 @@ pub struct Effect {
     pub unit: String,
     /// Largest magnitude that is tried, in plausible scales.
     pub largest: f64,
-    /// What looks like it.
-    pub mimics: String,
     /// Which data would reveal it.
     pub reveals: String,
     /// Whether the FMU's derivatives by the material parameters may be on with it.
@@ -167,7 +167,6 @@ mod tests {
             scale: 1.0,
             unit: String::new(),
             largest: 5.0,
-            mimics: String::new(),
             reveals: String::new(),
             differentiable: true,
             is_a_number: false,

@@ -107,16 +107,6 @@ pub(super) fn identification(own: bool, name: &str) -> Option<variables::Identif
     variables::by_name(name).filter(|_| own).and_then(|(_, v)| v.identification)
 }
 
-pub(super) fn assignment<'a>(
-    wiring: &'a Wiring,
-    text: &str,
-) -> Result<(&'a ScalarVariable, f64), SettingError> {
-    let (name, value) =
-        split_assignment(text).ok_or_else(|| SettingError::NotAnAssignment(text.to_owned()))?;
-    let variable = variable_named(wiring, name)?;
-    Ok((variable, number_in(variable, value)?))
-}
-
 pub(super) fn parse_bounds(
     wiring: &Wiring,
     texts: &[String],

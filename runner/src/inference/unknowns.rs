@@ -11,10 +11,10 @@ mod builder;
 use super::parameter::FitParameter;
 #[cfg(test)]
 use super::parameter::internal_problem;
-use super::requests::{ParameterError, Requests, Tie, assignment, conflict, parse_bounds, parse_ties};
+use super::requests::{ParameterError, Requests, Tie, conflict, parse_bounds, parse_ties};
 use crate::fit::{Bounds, Prior};
 use crate::pool::Wiring;
-use crate::setting::{number_in, split_assignment, variable_named};
+use crate::setting::{assignment, number_in, split_assignment, variable_named};
 use builder::{Builder, free_names, label};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;

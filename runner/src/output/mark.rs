@@ -7,7 +7,9 @@
 //! | HTML, SVG, PVD, Markdown | `<!-- written by poropunch VERSION -->` in front, after a doctype or an XML declaration |
 //! | manual page | first line `.\" written by poropunch VERSION` |
 //! | FMU | comment of the zip archive, at its end |
+//! | Parquet | `created_by` of its metadata; its writer puts it there |
 
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -19,6 +21,8 @@ const WORDS: &str = "written by poropunch ";
 const FIELD: &str = "\"written_by\": \"poropunch ";
 /// A comment in a manual page.
 const ROFF: &str = ".\\\" ";
+/// How a Parquet file begins.
+const PARQUET: &[u8] = b"PAR1";
 /// Bytes at the beginning and at the end of a file in which its mark stands.
 const REACH: usize = 256;
 
@@ -45,6 +49,7 @@ pub fn marked<'a>(file: &Path, contents: &'a [u8]) -> Cow<'a, [u8]> {
         },
         "html" | "svg" | "md" | "pvd" => with(prolog(contents), &format!("<!-- {} -->\n", words())),
         "1" => with(0, &format!("{ROFF}{}\n", words())),
+        "parquet" => Cow::Borrowed(contents),
         _ => with(0, &format!("# {}\n", words())),
     }
 }
@@ -72,6 +77,10 @@ pub fn has_mark(file: &Path) -> std::io::Result<bool> {
     let mut file = File::open(file)?;
     let mut head = Vec::with_capacity(REACH);
     file.by_ref().take(REACH as u64).read_to_end(&mut head)?;
+    if head.starts_with(PARQUET) {
+        let read = SerializedFileReader::new(file).map_err(std::io::Error::other)?;
+        return Ok(read.metadata().file_metadata().created_by().is_some_and(|by| by.starts_with(WORDS)));
+    }
     let length = file.seek(SeekFrom::End(0))?;
     file.seek(SeekFrom::Start(length.saturating_sub(REACH as u64)))?;
     let mut tail = Vec::with_capacity(REACH);

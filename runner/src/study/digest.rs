@@ -1,10 +1,13 @@
 //! What a study keeps of each answer: values with their uncertainty, one verdict, few points of the curves. The rest stays on disk, so
 //! that memory does not grow with what a result weighs.
 
+use super::results::Provenance;
 use crate::diagnosis::result::{CurvePair, ShrinkageSummary, Verdict};
 use crate::inference::statistics::Determination;
 use crate::report::{DerivedRow, MeasurementResult, ParameterRow, Role};
 use serde::Deserialize;
+use std::collections::HashSet;
+use std::sync::Arc;
 
 /// Points of a curve on the page.
 const POINTS: usize = 80;
@@ -16,6 +19,8 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 pub struct Answered<A> {
     /// The fit converged.
     pub converged: bool,
+    /// How it was computed.
+    pub run: Provenance,
     /// The answer.
     pub answer: A,
 }
@@ -53,13 +58,28 @@ pub struct BatchAnswer {
     pub curves: std::collections::BTreeMap<String, String>,
 }
 
+/// Words that many specimens share, each of them in memory once.
+#[derive(Debug, Default)]
+pub struct Words(HashSet<Arc<str>>);
+
+impl Words {
+    fn get(&mut self, word: &str) -> Arc<str> {
+        if let Some(known) = self.0.get(word) {
+            return Arc::clone(known);
+        }
+        let new: Arc<str> = word.into();
+        self.0.insert(Arc::clone(&new));
+        new
+    }
+}
+
 /// A value of a specimen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Value {
     /// Symbol, branches in order of their times.
-    pub symbol: String,
+    pub symbol: Arc<str>,
     /// Unit.
-    pub unit: String,
+    pub unit: Arc<str>,
     /// Value.
     pub value: f64,
     /// Lower end of its 95 % interval.
@@ -104,10 +124,10 @@ pub struct Fit {
 
 impl FitAnswer {
     /// What a study keeps of it.
-    pub fn digest(self) -> Fit {
-        let of_parameter = |p: ParameterRow| Value {
-            symbol: p.symbol,
-            unit: p.unit,
+    pub fn digest(self, words: &mut Words) -> Fit {
+        let of_parameter = |p: &ParameterRow, words: &mut Words| Value {
+            symbol: words.get(&p.symbol),
+            unit: words.get(&p.unit),
             value: p.value,
             lower: p.lower,
             upper: p.upper,
@@ -115,9 +135,9 @@ impl FitAnswer {
             determination: p.determination,
             is_closed: p.open == [false; 2] && p.at_bound.is_none(),
         };
-        let of_combination = |d: DerivedRow| Value {
-            symbol: d.symbol,
-            unit: d.unit,
+        let of_combination = |d: &DerivedRow, words: &mut Words| Value {
+            symbol: words.get(&d.symbol),
+            unit: words.get(&d.unit),
             value: d.value,
             lower: d.lower,
             upper: d.upper,
@@ -125,13 +145,14 @@ impl FitAnswer {
             determination: d.determination,
             is_closed: true,
         };
-        let mut values: Vec<Value> = self.derived.into_iter().map(of_combination).collect();
-        for value in self.parameters.into_iter().map(of_parameter) {
-            if !values.iter().any(|v| v.symbol == value.symbol) {
-                values.push(value);
+        let mut values: Vec<Value> = self.derived.iter().map(|d| of_combination(d, words)).collect();
+        for parameter in &self.parameters {
+            if !values.iter().any(|v| *v.symbol == *parameter.symbol) {
+                values.push(of_parameter(parameter, words));
             }
         }
-        let branches = in_order_of_time(&mut values);
+        let branches = in_order_of_time(&mut values, words);
+        values.shrink_to_fit();
         let fitted = || self.measurements.iter().filter(|m| m.role == Role::Fit);
         let points: usize = fitted().map(|m| m.time_s.len()).sum();
         let square: f64 = fitted().map(|m| m.rms_mn.powi(2) * m.time_s.len() as f64).sum();
@@ -155,7 +176,7 @@ impl DiagnosisAnswer {
 }
 
 /// Renumbers branches by rising relaxation time, as a specimen's fit may have them in any order; how many there are.
-fn in_order_of_time(values: &mut [Value]) -> usize {
+fn in_order_of_time(values: &mut [Value], words: &mut Words) -> usize {
     let number = |symbol: &str, head: &str| symbol.strip_prefix(head)?.parse::<usize>().ok();
     let mut times: Vec<(f64, usize)> =
         values.iter().filter_map(|v| Some((v.value, number(&v.symbol, "tau_")?))).collect();
@@ -164,7 +185,7 @@ fn in_order_of_time(values: &mut [Value]) -> usize {
         let Some((head, tail)) = value.symbol.rsplit_once('_') else { continue };
         let place = tail.parse().ok().and_then(|k: usize| times.iter().position(|(_, of)| *of == k));
         if let Some(place) = place {
-            value.symbol = format!("{head}_{}", place + 1);
+            value.symbol = words.get(&format!("{head}_{}", place + 1));
         }
     }
     times.len()
@@ -186,8 +207,8 @@ mod tests {
 
     fn value(symbol: &str, value: f64) -> Value {
         Value {
-            symbol: symbol.to_owned(),
-            unit: String::new(),
+            symbol: symbol.into(),
+            unit: "".into(),
             value,
             lower: value,
             upper: value,
@@ -203,8 +224,8 @@ mod tests {
             .into_iter()
             .chain([value("tau_2", 0.02), value("G_0", 6.0)])
             .collect::<Vec<_>>();
-        assert_eq!(in_order_of_time(&mut values), 2);
-        let symbols: Vec<&str> = values.iter().map(|v| v.symbol.as_str()).collect();
+        assert_eq!(in_order_of_time(&mut values, &mut Words::default()), 2);
+        let symbols: Vec<&str> = values.iter().map(|v| &*v.symbol).collect();
         assert_eq!(symbols, ["G_inf", "G_2", "tau_2", "G_1", "tau_1", "G_0"]);
     }
 

@@ -1,12 +1,14 @@
 //! A table of named columns, written as CSV and as Parquet.
 
 use super::StudyError;
+use crate::output::mark;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
+use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -34,18 +36,12 @@ impl Frame {
         self.columns.push((name.into(), Column::Number(values.collect())));
     }
 
-    /// Adds a column of somebody else's table: numbers where every cell that is not empty is one, and none is a name like 007.
-    pub fn either(&mut self, name: impl Into<String>, values: Vec<String>) {
-        let is_name =
-            |cell: &str| cell.starts_with('0') && cell[1..].starts_with(|c: char| c.is_ascii_digit());
-        let number = |cell: &String| match cell.trim() {
-            "" => Some(None),
-            cell if is_name(cell) => None,
-            cell => cell.parse::<f64>().ok().map(Some),
-        };
-        match values.iter().map(number).collect::<Option<Vec<_>>>() {
-            Some(numbers) if numbers.iter().any(Option::is_some) => self.number(name, numbers.into_iter()),
-            _ => self.text(name, values.into_iter()),
+    /// Adds a column of somebody else's table: numbers where [`are_numbers`] says so of all its cells.
+    pub fn either(&mut self, name: impl Into<String>, values: impl Iterator<Item = String>, numbers: bool) {
+        if numbers {
+            self.number(name, values.map(|cell| cell.trim().parse().ok()));
+        } else {
+            self.text(name, values);
         }
     }
 
@@ -63,7 +59,10 @@ impl Frame {
             cells.iter_mut().zip(&record).for_each(|(column, cell)| column.push(cell.to_owned()));
         }
         let mut frame = Self::default();
-        names.into_iter().zip(cells).for_each(|(name, cells)| frame.either(name, cells));
+        for (name, cells) in names.into_iter().zip(cells) {
+            let numbers = are_numbers(cells.iter().map(String::as_str));
+            frame.either(name, cells.into_iter(), numbers);
+        }
         Ok(frame)
     }
 
@@ -74,47 +73,65 @@ impl Frame {
         })
     }
 
-    /// As CSV; `file` is named in an error.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn csv(&self, file: &Path) -> Result<Vec<u8>, StudyError> {
-        let failed = |problem: String| StudyError::File { file: file.to_owned(), problem };
-        let mut out = csv::Writer::from_writer(Vec::new());
-        out.write_record(self.columns.iter().map(|(name, _)| name)).map_err(|e| failed(e.to_string()))?;
-        for row in 0..self.rows() {
+    fn columns(&self) -> Result<Vec<Arc<Type>>, ParquetError> {
+        let field = |(name, column): &(String, Column)| {
+            let builder = match column {
+                Column::Text(_) => Type::primitive_type_builder(name, Physical::BYTE_ARRAY)
+                    .with_logical_type(Some(LogicalType::String))
+                    .with_repetition(Repetition::REQUIRED),
+                Column::Number(_) => {
+                    Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::OPTIONAL)
+                }
+            };
+            builder.build().map(Arc::new)
+        };
+        self.columns.iter().map(field).collect()
+    }
+}
+
+/// Whether cells are numbers: each that is not empty, and none is a name like 007.
+pub fn are_numbers<'a>(cells: impl Iterator<Item = &'a str>) -> bool {
+    let is_name = |cell: &str| cell.starts_with('0') && cell[1..].starts_with(|c: char| c.is_ascii_digit());
+    let mut filled = cells.map(str::trim).filter(|cell| !cell.is_empty()).peekable();
+    filled.peek().is_some() && filled.all(|cell| !is_name(cell) && cell.parse::<f64>().is_ok())
+}
+
+/// Writes a table as CSV, block after block of its rows; all blocks have the same columns.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_csv(blocks: impl Iterator<Item = Frame>, out: &mut (dyn Write + Send)) -> io::Result<()> {
+    writeln!(out, "# {}", mark::words())?;
+    let mut out = csv::Writer::from_writer(out);
+    for (k, block) in blocks.enumerate() {
+        if k == 0 {
+            out.write_record(block.columns.iter().map(|(name, _)| name))?;
+        }
+        for row in 0..block.rows() {
             let cell = |column: &Column| match column {
                 Column::Text(values) => values[row].clone(),
                 Column::Number(values) => values[row].map(|v| v.to_string()).unwrap_or_default(),
             };
-            let cells = self.columns.iter().map(|(_, column)| cell(column));
-            out.write_record(cells).map_err(|e| failed(e.to_string()))?;
+            out.write_record(block.columns.iter().map(|(_, column)| cell(column)))?;
         }
-        out.into_inner().map_err(|e| failed(e.to_string()))
     }
+    out.flush()
+}
 
-    /// As Parquet: words as strings, numbers as doubles that may be missing; `file` is named in an error.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn parquet(&self, file: &Path) -> Result<Vec<u8>, StudyError> {
-        let write = || -> Result<Vec<u8>, ParquetError> {
-            let field = |(name, column): &(String, Column)| {
-                let builder = match column {
-                    Column::Text(_) => Type::primitive_type_builder(name, Physical::BYTE_ARRAY)
-                        .with_logical_type(Some(LogicalType::String))
-                        .with_repetition(Repetition::REQUIRED),
-                    Column::Number(_) => Type::primitive_type_builder(name, Physical::DOUBLE)
-                        .with_repetition(Repetition::OPTIONAL),
-                };
-                builder.build().map(Arc::new)
-            };
-            let fields = self.columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
-            let schema = Type::group_type_builder("table").with_fields(fields).build()?;
-            let properties = Arc::new(WriterProperties::builder().build());
-            let mut out = SerializedFileWriter::new(Vec::new(), Arc::new(schema), properties)?;
-            let mut group = out.next_row_group()?;
-            for (_, column) in &self.columns {
+/// Writes a table as Parquet, a row group for each block: words as strings, numbers as doubles that may be missing.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_parquet(blocks: impl Iterator<Item = Frame>, out: &mut (dyn Write + Send)) -> io::Result<()> {
+    let write = || -> Result<(), ParquetError> {
+        let mut blocks = blocks.peekable();
+        let Some(first) = blocks.peek() else { return Ok(()) };
+        let schema = Type::group_type_builder("table").with_fields(first.columns()?).build()?;
+        let properties = Arc::new(WriterProperties::builder().set_created_by(mark::words()).build());
+        let mut file = SerializedFileWriter::new(out, Arc::new(schema), properties)?;
+        for block in blocks {
+            let mut group = file.next_row_group()?;
+            for (_, column) in &block.columns {
                 let Some(mut writer) = group.next_column()? else { break };
                 match column {
                     Column::Text(values) => {
@@ -130,10 +147,10 @@ impl Frame {
                 writer.close()?;
             }
             group.close()?;
-            out.into_inner()
-        };
-        write().map_err(|e| StudyError::File { file: file.to_owned(), problem: e.to_string() })
-    }
+        }
+        file.close().map(drop)
+    };
+    write().map_err(io::Error::other)
 }
 
 #[cfg(test)]
@@ -142,30 +159,52 @@ mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
 
-    fn frame() -> Frame {
-        let mut frame = Frame::default();
-        frame.text("specimen", ["001", "002, \"x\""].map(str::to_owned).into_iter());
-        frame.number("G_1 [Pa]", [Some(2822.5), None].into_iter());
-        frame.either("rig", ["1", "2"].map(str::to_owned).to_vec());
-        frame.either("day", ["Mon", ""].map(str::to_owned).to_vec());
-        frame
+    /// In two blocks.
+    fn frames() -> [Frame; 2] {
+        let block = |specimen: &str, g: Option<f64>, rig: &str, day: &str| {
+            let mut frame = Frame::default();
+            frame.text("specimen", [specimen.to_owned()].into_iter());
+            frame.number("G_1 [Pa]", [g].into_iter());
+            frame.either("rig", [rig.to_owned()].into_iter(), true);
+            frame.either("day", [day.to_owned()].into_iter(), false);
+            frame
+        };
+        [block("001", Some(2822.5), "1", "Mon"), block("002, \"x\"", None, "2", "")]
+    }
+
+    #[test]
+    fn numbers_and_names() {
+        assert!(are_numbers(["1", "", " 2.5 ", "-1e3", "0", "0.5"].into_iter()));
+        for cells in [["1", "two"], ["", ""], ["007", "8"], ["1", "1,5"]] {
+            assert!(!are_numbers(cells.into_iter()), "{cells:?}");
+        }
     }
 
     #[test]
     fn as_csv() {
-        let text = String::from_utf8(frame().csv(Path::new("t.csv")).unwrap()).unwrap();
-        assert_eq!(text, "specimen,G_1 [Pa],rig,day\n001,2822.5,1,Mon\n\"002, \"\"x\"\"\",,2,\n");
-        let again = Frame::of_csv(&text, Path::new("t.csv")).unwrap();
-        assert_eq!(again, frame());
+        let mut bytes = Vec::new();
+        write_csv(frames().into_iter(), &mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let (mark, table) = text.split_once('\n').unwrap();
+        assert_eq!(mark, format!("# {}", mark::words()));
+        assert_eq!(table, "specimen,G_1 [Pa],rig,day\n001,2822.5,1,Mon\n\"002, \"\"x\"\"\",,2,\n");
+        let mut again = Vec::new();
+        write_csv([Frame::of_csv(table, Path::new("t.csv")).unwrap()].into_iter(), &mut again).unwrap();
+        assert_eq!(again, text.as_bytes());
     }
 
     #[test]
     fn as_parquet() {
-        let bytes = frame().parquet(Path::new("t.parquet")).unwrap();
-        let mut file = tempfile::tempfile().unwrap();
-        std::io::Write::write_all(&mut file, &bytes).unwrap();
-        let reader = SerializedFileReader::new(file).unwrap();
+        let file = tempfile::NamedTempFile::new().unwrap();
+        crate::output::write_file_in_parts(&file.path().with_extension("parquet"), |out| {
+            write_parquet(frames().into_iter(), out)
+        })
+        .unwrap();
+        let path = file.path().with_extension("parquet");
+        assert!(mark::has_mark(&path).unwrap(), "it may be replaced by poropunch");
+        let reader = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
         let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+        std::fs::remove_file(&path).unwrap();
         assert_eq!(rows.len(), 2);
         assert_eq!(
             (rows[1].get_string(0).unwrap().as_str(), rows[0].get_double(1).unwrap()),

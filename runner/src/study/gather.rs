@@ -1,12 +1,14 @@
 //! All results in one table, what they say of the population, and the page.
 
-use super::digest::{Answered, BatchAnswer, Curve, DiagnosisAnswer, Fit, FitAnswer, Value};
-use super::frame::Frame;
+use super::digest::{Answered, BatchAnswer, Curve, DiagnosisAnswer, Fit, FitAnswer, Value, Words};
+use super::frame::{self, Frame};
 use super::report::{PopulationReport, report};
 use super::results::Kind;
 use super::{Failure, Plan, Question, Results, StudyError, Unit, page};
 use crate::inference::statistics::Determination;
-use crate::output::{json, write_file};
+use crate::output::{json, write_file, write_file_in_parts};
+use std::collections::{BTreeSet, HashSet};
+use std::hash::Hash;
 use std::path::Path;
 
 /// The table, and the same for programs that read columns.
@@ -14,6 +16,8 @@ const TABLE: &str = "table.csv";
 const COLUMNS: &str = "table.parquet";
 /// Specimens whose curves stand on the page; of more, those with the largest chi^2.
 const MOST_CURVES: usize = 200;
+/// Rows of the table that are put together at a time.
+const BLOCK: usize = 1000;
 
 /// One row of the table.
 pub struct Row {
@@ -81,9 +85,18 @@ pub fn gather(plan: &Plan, out: &Path, difference_percent: f64) -> Result<Gather
     if plan.header.question == Question::Batch {
         return gather_sets(plan, out);
     }
-    let rows = rows(plan)?;
-    let report = report(plan.header.question, &rows, difference_percent);
-    write_table(&table(&rows, plan.header.question), out)?;
+    let (rows, vectors) = rows(plan)?;
+    let mut report = report(plan.header.question, &rows, difference_percent);
+    if vectors.len() > 1 {
+        let vectors: Vec<String> = vectors.into_iter().collect();
+        report.warnings.push(format!(
+            "processors with different vector instructions computed these units ({}): where a table must be repeated to the last \
+             bit, take machines of one kind",
+            vectors.join(", ")
+        ));
+    }
+    let columns = Columns::of(&rows, plan.header.question);
+    write_table(|| rows.chunks(BLOCK).map(|rows| columns.block(rows)), out)?;
     let file = out.join("population.json");
     write_file(&file, &json(&file, &report)?)?;
     write_file(&out.join("study.html"), page::page(plan, &rows, &report).as_bytes())?;
@@ -96,11 +109,13 @@ pub fn gather(plan: &Plan, out: &Path, difference_percent: f64) -> Result<Gather
     Ok(Gathered { text, files, population: Some(report) })
 }
 
-fn rows(plan: &Plan) -> Result<Vec<Row>, StudyError> {
+/// All units, and the vector instructions that they were computed with.
+fn rows(plan: &Plan) -> Result<(Vec<Row>, BTreeSet<String>), StudyError> {
     let results = Results::new(&plan.results());
     let done = results.keys(Kind::Result)?;
     let failed = results.keys(Kind::Failure)?;
-    let mut rows: Vec<Row> = Vec::new();
+    let (mut rows, mut words, mut vectors): (Vec<Row>, _, _) =
+        (Vec::new(), Words::default(), BTreeSet::new());
     for unit in plan.units()? {
         let mut unit = unit?;
         // Not needed any more, and there may be a hundred thousand.
@@ -111,13 +126,14 @@ fn rows(plan: &Plan) -> Result<Vec<Row>, StudyError> {
             let found = match plan.header.question {
                 Question::Identify => results
                     .get::<Answered<FitAnswer>>(Kind::Result, &key)?
-                    .map(|a| (a.converged, Found::Fit(a.answer.digest()))),
+                    .map(|a| (a.converged, a.run.vector, Found::Fit(a.answer.digest(&mut words)))),
                 _ => {
                     let found = results.get::<Answered<DiagnosisAnswer>>(Kind::Result, &key)?;
-                    found.map(|a| (a.converged, verdict(&a.answer)))
+                    found.map(|a| (a.converged, a.run.vector, verdict(&a.answer)))
                 }
             };
-            if let Some((converged, found)) = found {
+            if let Some((converged, vector, found)) = found {
+                vectors.insert(vector);
                 row.state = if converged { "done" } else { "not converged" };
                 row.found = found;
             }
@@ -135,7 +151,7 @@ fn rows(plan: &Plan) -> Result<Vec<Row>, StudyError> {
         }
     }
     forget_curves(&mut rows);
-    Ok(rows)
+    Ok((rows, vectors))
 }
 
 /// Where `challenge score` looks for the answer; one that is there stays.
@@ -196,67 +212,88 @@ fn forget_curves(rows: &mut [Row]) {
     }
 }
 
-/// The table: one row per unit, in the plan's order. Nothing in it depends on where, when or in which order units were computed.
-fn table(rows: &[Row], question: Question) -> Frame {
-    let mut table = Frame::default();
-    let unit = |of: fn(&Unit) -> String| rows.iter().map(move |row| of(&row.unit));
-    table.number("unit", rows.iter().map(|row| Some(row.unit.unit as f64)));
-    table.text("specimen", unit(|u| u.specimen.clone()));
-    table.text("group", unit(|u| u.group.clone().unwrap_or_default()));
-    let mut covariates: Vec<&String> = Vec::new();
-    for name in rows.iter().flat_map(|row| row.unit.covariates.keys()) {
-        if !covariates.contains(&name) {
-            covariates.push(name);
-        }
-    }
-    for name in covariates {
-        let cell = |row: &Row| row.unit.covariates.get(name).cloned().unwrap_or_default();
-        table.either(name, rows.iter().map(cell).collect());
-    }
-    table.text("state", rows.iter().map(|row| row.state.to_owned()));
-    table.text("reason", rows.iter().map(|row| row.reason.clone()));
-    if question == Question::Identify {
-        add_fits(&mut table, rows)
-    } else {
-        add_verdicts(&mut table, rows)
-    }
-    table
+/// Columns of the table: one row per unit, in the plan's order. Nothing in it depends on where, when or in which order units were
+/// computed.
+struct Columns<'a> {
+    question: Question,
+    /// Covariates, and whether they are numbers.
+    covariates: Vec<(&'a str, bool)>,
+    /// Values with their units.
+    symbols: Vec<(&'a str, &'a str)>,
 }
 
-fn add_fits(table: &mut Frame, rows: &[Row]) {
-    let fit = |row: &Row, of: fn(&Fit) -> f64| match &row.found {
-        Found::Fit(fit) => Some(of(fit)),
-        _ => None,
-    };
-    let mut add = |name: &str, of: fn(&Fit) -> f64| table.number(name, rows.iter().map(|row| fit(row, of)));
-    add("branches", |f| f.branches as f64);
-    add("reduced_chi_square", |f| f.reduced_chi_square);
-    add("rms_mN", |f| f.rms_mn);
-    let mut symbols: Vec<(&str, &str)> = Vec::new();
-    for value in rows.iter().flat_map(|row| row.values()) {
-        if !symbols.iter().any(|(symbol, _)| *symbol == value.symbol) {
-            symbols.push((&value.symbol, &value.unit));
+impl<'a> Columns<'a> {
+    fn of(rows: &'a [Row], question: Question) -> Self {
+        let names = in_order_of_appearance(rows.iter().flat_map(|r| r.unit.covariates.keys()));
+        let numbers = |name| {
+            frame::are_numbers(rows.iter().filter_map(|r| r.unit.covariates.get(name).map(String::as_str)))
+        };
+        let covariates = names.into_iter().map(|name| (name.as_str(), numbers(name))).collect();
+        let values = || rows.iter().flat_map(Row::values);
+        let symbols = in_order_of_appearance(values().map(|v| &*v.symbol));
+        let unit = |symbol: &str| values().find(|v| *v.symbol == *symbol).map_or("", |v| &*v.unit);
+        let symbols = symbols.into_iter().map(|symbol| (symbol, unit(symbol))).collect();
+        Self { question, covariates, symbols }
+    }
+
+    /// Some rows.
+    fn block(&self, rows: &[Row]) -> Frame {
+        let mut table = Frame::default();
+        let unit = |of: fn(&Unit) -> String| rows.iter().map(move |row| of(&row.unit));
+        table.number("unit", rows.iter().map(|row| Some(row.unit.unit as f64)));
+        table.text("specimen", unit(|u| u.specimen.clone()));
+        table.text("group", unit(|u| u.group.clone().unwrap_or_default()));
+        for &(name, numbers) in &self.covariates {
+            let cell = |row: &Row| row.unit.covariates.get(name).cloned().unwrap_or_default();
+            table.either(name, rows.iter().map(cell), numbers);
+        }
+        table.text("state", rows.iter().map(|row| row.state.to_owned()));
+        table.text("reason", rows.iter().map(|row| row.reason.clone()));
+        if self.question == Question::Identify {
+            self.add_fits(&mut table, rows)
+        } else {
+            add_verdicts(&mut table, rows)
+        }
+        table
+    }
+
+    fn add_fits(&self, table: &mut Frame, rows: &[Row]) {
+        let fit = |row: &Row, of: fn(&Fit) -> f64| match &row.found {
+            Found::Fit(fit) => Some(of(fit)),
+            _ => None,
+        };
+        let mut add =
+            |name: &str, of: fn(&Fit) -> f64| table.number(name, rows.iter().map(|row| fit(row, of)));
+        add("branches", |f| f.branches as f64);
+        add("reduced_chi_square", |f| f.reduced_chi_square);
+        add("rms_mN", |f| f.rms_mn);
+        for &(symbol, unit) in &self.symbols {
+            let value =
+                |row: &Row, of: fn(&Value) -> f64| row.values().iter().find(|v| *v.symbol == *symbol).map(of);
+            let mut add = |name: String, of: fn(&Value) -> f64| {
+                table.number(name, rows.iter().map(|row| value(row, of)))
+            };
+            let is_plain = unit == "1" || unit.is_empty();
+            add(if is_plain { symbol.to_owned() } else { format!("{symbol} [{unit}]") }, |v| v.value);
+            add(format!("{symbol} lower"), |v| v.lower);
+            add(format!("{symbol} upper"), |v| v.upper);
+            add(format!("{symbol} ln_sigma"), |v| v.ln_sigma);
+            let known = |row: &Row| {
+                row.values().iter().find(|v| *v.symbol == *symbol).map_or("", |v| match v.determination {
+                    Determination::Determined => "determined",
+                    Determination::Loose => "loose",
+                    Determination::Undetermined => "not determined",
+                })
+            };
+            table.text(format!("{symbol} known"), rows.iter().map(|row| known(row).to_owned()));
         }
     }
-    for (symbol, unit) in symbols {
-        let value =
-            |row: &Row, of: fn(&Value) -> f64| row.values().iter().find(|v| v.symbol == symbol).map(of);
-        let mut add =
-            |name: String, of: fn(&Value) -> f64| table.number(name, rows.iter().map(|row| value(row, of)));
-        let is_plain = unit == "1" || unit.is_empty();
-        add(if is_plain { symbol.to_owned() } else { format!("{symbol} [{unit}]") }, |v| v.value);
-        add(format!("{symbol} lower"), |v| v.lower);
-        add(format!("{symbol} upper"), |v| v.upper);
-        add(format!("{symbol} ln_sigma"), |v| v.ln_sigma);
-        let known = |row: &Row| {
-            row.values().iter().find(|v| v.symbol == symbol).map_or("", |v| match v.determination {
-                Determination::Determined => "determined",
-                Determination::Loose => "loose",
-                Determination::Undetermined => "not determined",
-            })
-        };
-        table.text(format!("{symbol} known"), rows.iter().map(|row| known(row).to_owned()));
-    }
+}
+
+/// What differs, each once.
+pub(super) fn in_order_of_appearance<T: Copy + Eq + Hash>(all: impl Iterator<Item = T>) -> Vec<T> {
+    let mut seen = HashSet::new();
+    all.filter(|one| seen.insert(*one)).collect()
 }
 
 fn add_verdicts(table: &mut Frame, rows: &[Row]) {
@@ -294,20 +331,15 @@ fn gather_sets(plan: &Plan, out: &Path) -> Result<Gathered, StudyError> {
         }
     }
     // The words of `batch` as they are.
-    write_columns(&Frame::of_csv(&table, &out.join(TABLE))?, out)?;
+    let columns = Frame::of_csv(&table, &out.join(TABLE))?;
+    write_file_in_parts(&out.join(COLUMNS), |out| frame::write_parquet(std::iter::once(columns), out))?;
     write_file(&out.join(TABLE), table.as_bytes())?;
     let text = format!("{done} of {} units have results", plan.header.units);
     let files = [TABLE, COLUMNS, "curves"].map(str::to_owned).to_vec();
     Ok(Gathered { text, files, population: None })
 }
 
-fn write_table(table: &Frame, out: &Path) -> Result<(), StudyError> {
-    let rows = out.join(TABLE);
-    write_file(&rows, &table.csv(&rows)?)?;
-    write_columns(table, out)
-}
-
-fn write_columns(table: &Frame, out: &Path) -> Result<(), StudyError> {
-    let columns = out.join(COLUMNS);
-    Ok(write_file(&columns, &table.parquet(&columns)?)?)
+fn write_table<B: Iterator<Item = Frame>>(blocks: impl Fn() -> B, out: &Path) -> Result<(), StudyError> {
+    write_file_in_parts(&out.join(TABLE), |out| frame::write_csv(blocks(), out))?;
+    Ok(write_file_in_parts(&out.join(COLUMNS), |out| frame::write_parquet(blocks(), out))?)
 }

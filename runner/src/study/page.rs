@@ -135,7 +135,7 @@ fn by_group(rows: &[Row], report: &PopulationReport) -> Markup {
             let step = rows.iter().filter(of_group).count().div_ceil(MOST_POINTS).max(1);
             for row in rows.iter().filter(of_group).step_by(step) {
                 let Found::Fit(fit) = &row.found else { continue };
-                let Some(value) = fit.values.iter().find(|x| x.symbol == v.symbol) else { continue };
+                let Some(value) = fit.values.iter().find(|x| *x.symbol == *v.symbol) else { continue };
                 place += 1.0;
                 if value.lower > 0.0 && value.upper / value.lower < 1e3 {
                     chart = chart.with(None, colour, Mark::Thin, &[place; 2], &[value.lower, value.upper]);

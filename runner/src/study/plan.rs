@@ -196,11 +196,16 @@ fn with_files(
 }
 
 impl Plan {
-    /// Plans a study into a directory; the same plan again changes nothing.
+    /// Plans a study into a directory; the same plan again changes nothing. `program` is what made the units' keys.
     ///
     /// # Errors
     /// When something is wrong with what is asked, or another plan is in the directory.
-    pub fn make(asked: &Asked, units: &[Unit], directory: &Path) -> Result<Self, StudyError> {
+    pub fn make(
+        asked: &Asked,
+        program: String,
+        units: &[Unit],
+        directory: &Path,
+    ) -> Result<Self, StudyError> {
         let absolute = |p: &Path| std::path::absolute(p).map_err(StudyError::io(p));
         let lines = units.iter().map(serde_json::to_string).collect::<Result<Vec<_>, _>>();
         let lines =
@@ -212,7 +217,7 @@ impl Plan {
             schema: SCHEMA.to_owned(),
             question: asked.question,
             table: absolute(&asked.table)?,
-            program: program_hash()?,
+            program,
             results: asked.results.as_deref().map_or_else(|| Ok(PathBuf::from("results")), absolute)?,
             units: units.len(),
             line_bytes: width,
@@ -339,7 +344,7 @@ mod tests {
         let d = tempfile::tempdir().unwrap();
         let (asked, units) = planned(d.path());
         let directory = d.path().join("study");
-        let plan = Plan::make(&asked, &units, &directory).unwrap();
+        let plan = Plan::make(&asked, program_hash().unwrap(), &units, &directory).unwrap();
         assert_eq!(plan, Plan::open(&directory).unwrap());
         assert_eq!(plan.units().unwrap().collect::<Result<Vec<_>, _>>().unwrap(), units);
         for unit in &units {
@@ -348,8 +353,9 @@ mod tests {
         }
         assert!(plan.unit(0).is_err() && plan.unit(3).is_err());
         // The same again is no other plan; another one is refused.
-        assert_eq!(Plan::make(&asked, &units, &directory).unwrap(), plan);
-        let error = Plan::make(&asked, &units[..1], &directory).unwrap_err().to_string();
+        assert_eq!(Plan::make(&asked, program_hash().unwrap(), &units, &directory).unwrap(), plan);
+        let error =
+            Plan::make(&asked, program_hash().unwrap(), &units[..1], &directory).unwrap_err().to_string();
         assert!(error.contains("another plan"), "{error}");
         std::fs::write(d.path().join("a.csv"), "changed").unwrap();
         assert!(matches!(units[0].check_inputs(), Err(StudyError::Changed { .. })));

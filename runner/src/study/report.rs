@@ -1,7 +1,7 @@
 //! What all specimens together say: the population of every value, the answers of `diagnose`, who is far from the others.
 
 use super::Question;
-use super::gather::{Found, Row, Verdict};
+use super::gather::{Found, Row, Verdict, in_order_of_appearance};
 use super::population::{Interval, Observed, Population};
 use crate::inference::statistics::Determination;
 use schemars::JsonSchema;
@@ -124,14 +124,8 @@ pub fn report(question: Question, rows: &[Row], difference_percent: f64) -> Popu
 
 /// Groups in the order of the table.
 fn groups(rows: &[Row]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for row in rows {
-        let name = row.unit.group.clone().unwrap_or_default();
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    names
+    let names = rows.iter().map(|row| row.unit.group.as_deref().unwrap_or_default());
+    in_order_of_appearance(names).into_iter().map(str::to_owned).collect()
 }
 
 fn populations(rows: &[Row], report: &mut PopulationReport) {
@@ -156,16 +150,12 @@ fn populations(rows: &[Row], report: &mut PopulationReport) {
         ));
     }
     let names = groups(rows);
-    let mut symbols: Vec<&str> = Vec::new();
-    for (_, fit) in fits().filter(|(_, fit)| fit.branches == branches) {
-        let new = fit.values.iter().map(|v| v.symbol.as_str()).filter(|s| !symbols.contains(s));
-        let new: Vec<&str> = new.collect();
-        symbols.extend(new);
-    }
-    for symbol in symbols {
+    let of_population = || fits().filter(|(_, fit)| fit.branches == branches);
+    let symbols = of_population().flat_map(|(_, fit)| fit.values.iter().map(|v| &*v.symbol));
+    for symbol in in_order_of_appearance(symbols) {
         let (mut observed, mut specimens, mut unit) = (Vec::new(), Vec::new(), "");
-        for (of, fit) in fits().filter(|(_, fit)| fit.branches == branches) {
-            let Some(v) = fit.values.iter().find(|v| v.symbol == symbol) else { continue };
+        for (of, fit) in of_population() {
+            let Some(v) = fit.values.iter().find(|v| *v.symbol == *symbol) else { continue };
             if v.determination != Determination::Determined || !v.is_closed || v.value == 0.0 {
                 continue;
             }

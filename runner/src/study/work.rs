@@ -7,6 +7,7 @@ use super::results::{Kind, Provenance, SCHEMA, host};
 use super::table::Sets;
 use super::{Failure, Plan, Question, Results, StudyError, Unit, UnitResult};
 use crate::exit_code;
+use crate::processor::vector_instructions;
 use nix::sys::resource::{UsageWho, getrusage};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -181,7 +182,7 @@ impl<'a> Worker<'a> {
     fn provenance(&self, seconds: f64, overhead_seconds: f64) -> Provenance {
         // In kilobytes on Linux.
         let memory = getrusage(UsageWho::RUSAGE_CHILDREN).map_or(0.0, |u| u.max_rss() as f64 / 1024.0);
-        let (host, vector, jobs) = (host(), vector().to_owned(), self.jobs);
+        let (host, vector, jobs) = (host(), vector_instructions().to_owned(), self.jobs);
         Provenance { host, vector, jobs, seconds, overhead_seconds, memory_mb: memory }
     }
 
@@ -284,20 +285,6 @@ fn answer(question: Question, scratch: &Path) -> Result<serde_json::Value, Study
         }
     }
     Ok(serde_json::json!({ "summary": text, "curves": curves }))
-}
-
-/// The widest vector instructions that the model's kernels use here.
-fn vector() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if std::is_x86_feature_detected!("avx512f") {
-            return "avx512";
-        }
-        if std::is_x86_feature_detected!("avx2") {
-            return "avx2";
-        }
-    }
-    "baseline"
 }
 
 #[cfg(test)]

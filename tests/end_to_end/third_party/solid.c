@@ -16,7 +16,7 @@ typedef struct {
     void *environment;
 } callbacks_t;
 
-enum { INDENT, LOAD, K_SLOW, K_FAST, TAU, K_LIMIT, DELAY_MS, COUNT };
+enum { INDENT, LOAD, K_SLOW, K_FAST, TAU, K_LIMIT, DELAY_MS, CREEP, COUNT };
 enum { OK = 0, ERROR = 3 };
 
 typedef struct {
@@ -28,7 +28,7 @@ typedef struct {
 } solid_t;
 
 static void start(solid_t *s) {
-    static const double values[COUNT] = {0, 0, 4, 6, 2, 1e9, 0};
+    static const double values[COUNT] = {0, 0, 4, 6, 2, 1e9, 0, 0};
     memcpy(s->value, values, sizeof values);
     s->fast = s->last = 0;
 }
@@ -85,7 +85,7 @@ int fmi2SetBoolean(void *s, const unsigned *r, size_t n, const int *v) { (void)s
 
 /* The indentation jumps to its new value at the middle of the step: second order for an input held there. */
 int fmi2DoStep(void *c, double time, double step, int no_prior) {
-    (void)time, (void)no_prior;
+    (void)no_prior;
     solid_t *s = c;
     if (!(step > 0)) return fail(s, "step size is not positive");
     if (s->value[K_SLOW] > s->value[K_LIMIT]) return fail(s, "the slow spring is too stiff for this solver");
@@ -93,6 +93,6 @@ int fmi2DoStep(void *c, double time, double step, int no_prior) {
     double indent = fmax(s->value[INDENT], 0), decay = exp(-step / s->value[TAU]), half = sqrt(decay);
     s->fast = s->fast * decay + s->value[K_FAST] * (indent - s->last) * half;
     s->last = indent;
-    s->value[LOAD] = s->value[K_SLOW] * indent + s->fast;
+    s->value[LOAD] = s->value[K_SLOW] * indent + s->fast + s->value[CREEP] * (time + step);
     return OK;
 }
