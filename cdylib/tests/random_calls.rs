@@ -188,8 +188,8 @@ impl Driver {
             1 => 0.1,
             _ => 1e-3,
         };
-        // A step to the end of time goes through all six cycles: seldom.
-        let size = if size > 1.0 && !self.random.one_in(20) { 0.01 } else { size };
+        // Steps through a whole test are another test's: with steps of a tenth of a millisecond inside they take minutes.
+        let size = if size.is_finite() { size.min(0.1) } else { size };
         let Slave { component, time } = self.slaves[which];
         let from = if self.random.one_in(50) { self.random.real() } else { time };
         let status = unsafe { fmi2DoStep(component, from, size, 1) };
@@ -377,7 +377,7 @@ fn drive(calls: usize, seed: u64) {
     println!("{:?}", driver.count);
     let count = &driver.count;
     assert!(count.good > calls / 20 && count.steps > calls / 100 && count.runs > calls / 1000, "{count:?}");
-    assert!(count.restored > 10 && count.forged_restored > 10, "{count:?}");
+    assert!(count.restored > calls / 1000 && count.forged_restored > calls / 1000, "{count:?}");
 }
 
 #[test]
@@ -399,7 +399,7 @@ fn a_million_calls_by_chance() {
 #[test]
 #[ignore = "run by a_part_of_them_under_valgrind"]
 fn fewer_calls() {
-    drive(20_000, 7);
+    drive(4_000, 7);
 }
 
 #[test]
