@@ -162,6 +162,10 @@ impl Driver {
 
     fn set(&mut self, c: *mut c_void) {
         let reference = self.random.reference();
+        // Meshes other than the coarse one, and three dimensions, cost minutes and show nothing more.
+        if table().get(reference as usize).is_some_and(|v| v.name.starts_with("mesh.")) {
+            return;
+        }
         let kind = table().get(reference as usize).map(|variable| variable.kind);
         let (real, whole) = (self.random.real(), self.random.below(6) as i32 - 1);
         let n = if self.random.one_in(30) { self.random.of(&[1 << 17, 1 << 40, usize::MAX]) } else { 1 };
@@ -171,8 +175,6 @@ impl Driver {
                     fmi2SetRealInputDerivatives(c, &reference, n, &1, &real)
                 }
                 Some(Kind::Real { .. }) | None => fmi2SetReal(c, &reference, n, &real),
-                // Meshes other than the coarse one cost seconds and show nothing more.
-                _ if Some(reference) == by_name("mesh.preset").map(|(r, _)| r) => OK,
                 Some(Kind::Boolean) => fmi2SetBoolean(c, &reference, n, &whole),
                 Some(Kind::Text) => fmi2SetString(c, &reference, n, &null()),
                 Some(_) => fmi2SetInteger(c, &reference, n, &whole),
@@ -187,8 +189,8 @@ impl Driver {
             1 => 0.1,
             _ => 1e-3,
         };
-        // A step to the end of time goes through all six cycles: seldom.
-        let size = if size > 1.0 && !self.random.one_in(20) { 0.01 } else { size };
+        // Steps through a whole test are another test's: with steps of a tenth of a millisecond inside they take minutes.
+        let size = if size.is_finite() { size.min(0.1) } else { size };
         let Slave { component, time } = self.slaves[which];
         let from = if self.random.one_in(50) { self.random.real() } else { time };
         let status = unsafe { fmi2DoStep(component, from, size, 1) };
@@ -368,13 +370,15 @@ impl Drop for Driver {
 /// As many calls as asked for, one seed after the other.
 fn drive(calls: usize, seed: u64) {
     let mut driver = Driver::new(seed);
+    // The library keeps panics quiet; here they are what is looked for.
+    std::panic::set_hook(Box::new(|panic| eprintln!("{panic}")));
     while driver.count.calls < calls {
         driver.call();
     }
     println!("{:?}", driver.count);
     let count = &driver.count;
-    assert!(count.good > calls / 8 && count.steps > calls / 100 && count.runs > calls / 1000, "{count:?}");
-    assert!(calls < 10_000 || (count.restored > 10 && count.forged_restored > 10), "{count:?}");
+    assert!(count.good > calls / 20 && count.steps > calls / 100 && count.runs > calls / 1000, "{count:?}");
+    assert!(count.restored > calls / 1000 && count.forged_restored > calls / 1000, "{count:?}");
 }
 
 #[test]
@@ -395,8 +399,8 @@ fn a_million_calls_by_chance() {
 
 #[test]
 #[ignore = "run by a_part_of_them_under_valgrind"]
-fn few_calls() {
-    drive(2_000, 7);
+fn fewer_calls() {
+    drive(4_000, 7);
 }
 
 #[test]
@@ -406,7 +410,7 @@ fn a_part_of_them_under_valgrind() {
     valgrind.args(["--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=definite", "-q"]);
     let output = valgrind
         .arg(std::env::current_exe().unwrap())
-        .args(["--exact", "few_calls", "--ignored", "--nocapture", "--test-threads=1"])
+        .args(["--exact", "fewer_calls", "--ignored", "--nocapture", "--test-threads=1"])
         .output()
         .expect("valgrind, which Debian has, is needed");
     let [said, complaints] =

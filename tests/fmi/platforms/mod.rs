@@ -3,7 +3,7 @@
 //! Goal: Windows' library under Wine and 64-bit arm's under QEMU, loaded by a host in C (`host.c`, which also saves and restores
 //! states and hears the logger), give what this machine's gives: P2 with its hold on the coarse mesh, sensitivities too.
 //! Set-up: `cdylib/build-all` makes the archive; its zig compiles the host. Wine, QEMU and arm's C library are Debian's packages.
-//! Not run by anything here: macOS' library, whose form alone the lint checks.
+//! macOS' library is not in the archive (`cdylib/README.md`).
 
 use super::support::reference;
 use poropunch::model_description::guid;
