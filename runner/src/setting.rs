@@ -160,6 +160,17 @@ pub fn admissible(variable: &ScalarVariable, number: f64) -> Result<f64, Setting
     Err(SettingError::OutOfRange { name: variable.name.clone(), value: number, min, max, unit })
 }
 
+/// A change of a variable, as [`number_in`] reads a value; what a value may not be, a change may.
+///
+/// # Errors
+/// When it cannot be read or has no unit.
+pub fn change_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingError> {
+    match variable.kind {
+        VariableKind::Real => real_in(variable, text.trim()),
+        _ => number_in(variable, text),
+    }
+}
+
 fn real_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingError> {
     let name = || variable.name.clone();
     let own = variable.unit.as_deref().filter(|unit| *unit != "1");

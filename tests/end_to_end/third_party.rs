@@ -133,17 +133,7 @@ fn a_declared_effect_explains_its_gap() {
     let size =
         found["effects"].as_array().unwrap().iter().find(|e| e["name"] == "creep of the load cell").unwrap();
     assert_eq!(size["place"], "declared");
-    let error = fail(&[
-        "diagnose",
-        text(&data),
-        "--fmu",
-        text(&fmu),
-        "--effect",
-        "x=crep:0:1",
-        WIRING[0],
-        WIRING[1],
-        WIRING[2],
-        WIRING[3],
-    ]);
+    let bad = ["diagnose", text(&data), "--fmu", text(&fmu), "--effect", "x=crep:0:1", "--out", text(&out)];
+    let error = fail(&[&bad[..], &WIRING[..]].concat());
     assert!(error.contains("--effect x=crep:0:1") && error.contains("creep"), "{error}");
 }

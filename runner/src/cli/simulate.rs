@@ -135,7 +135,6 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let assumptions = assumed::of(&engine, &parameters, &[]);
     let assumed = assumed::say_before(&assumptions);
     let base = arguments.out.clone().unwrap_or_else(|| PathBuf::from(&motion.name));
-    call.keep_as(&with_suffix(&base, "toml"))?;
     let job = Job { parameters, protocol: motion.protocol, time_s: motion.time_s };
     let ended = engine.submit(&job, Priority::Urgent).wait();
     if let Some(pvd) = pvd.as_deref().filter(|pvd| pvd.is_file()) {
@@ -147,6 +146,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         Err(failure) => return Err(format!("the simulation failed: {failure}").into()),
     };
 
+    call.keep_as(&with_suffix(&base, "toml"))?;
     let (csv, svg) = (with_suffix(&base, "csv"), with_suffix(&base, "svg"));
     let comment = format!("{} simulated by {} {}", motion.name, engine.model_name(), settings.join(" "));
     write_file(&csv, curve_csv(&curve, &[comment.trim().to_owned()]).as_bytes())?;

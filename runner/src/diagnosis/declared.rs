@@ -4,7 +4,7 @@ use super::catalogue::largest_within;
 use crate::fmi::{ScalarVariable, VariableKind};
 use crate::inference::effect::{Effect, Place, Scope, Sign};
 use crate::pool::Wiring;
-use crate::setting::{SettingError, number_in, variable_named};
+use crate::setting::{SettingError, change_in, number_in, variable_named};
 use poropunch::effect::CATALOGUE;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -74,11 +74,7 @@ fn one(wiring: &Wiring, text: &str) -> Result<Declared, DeclarationError> {
     let setting = |problem| DeclarationError::Setting { text: text.to_owned(), problem };
     let variable = variable_named(wiring, parameter).map_err(setting)?;
     let null = number_in(variable, null).map_err(setting)?;
-    // A change may be negative where a value may not.
-    let scale = match scale.strip_prefix('-') {
-        Some(size) => -number_in(variable, size).map_err(setting)?,
-        None => number_in(variable, scale).map_err(setting)?,
-    };
+    let scale = change_in(variable, scale).map_err(setting)?;
     if scale == 0.0 && variable.kind != VariableKind::Boolean {
         return Err(DeclarationError::NoScale(text.to_owned()));
     }
@@ -163,7 +159,7 @@ mod tests {
             ("height=geometry.sample_heigth:10mm:1mm", "geometry.sample_height"),
             ("height=geometry.sample_height:10:1mm", "unit"),
             ("height=geometry.sample_height:10mm:0mm", "not 0"),
-            ("drift=geometry.sample_height:10mm:1mm", "choose another"),
+            ("load_cell_drift=geometry.sample_height:10mm:1mm", "choose another"),
         ] {
             let error = read(text).unwrap_err().to_string();
             assert!(error.contains(part) && error.contains("--effect"), "{error}");

@@ -37,6 +37,7 @@ Place = Literal[
     'machine',  # Frame and drive.
     'sensor',  # Load cell and its electronics.
     'numerics',  # Mesh, time steps, read-out of the simulation.
+    'declared',  # Nobody said: an effect that the user declared.
 ]
 
 
