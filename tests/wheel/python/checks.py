@@ -6,7 +6,6 @@ from pathlib import Path
 
 DATA = Path(sys.argv[1])
 P2 = DATA / "measurement" / "table1-one-cycle" / "P2.csv"
-SIX_CYCLES = DATA / "measurement" / "table1-six-cycles" / "P2.csv"
 
 
 def refuses(kind, part, call):
