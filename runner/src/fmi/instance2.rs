@@ -4,6 +4,7 @@
 use super::archive::Files;
 use super::binary2::{Binary2, Callbacks, Component, calloc, free};
 use super::instance::{Face, FmuState, Messages, c_text};
+use super::states::states;
 use super::{FmiError, ModelDescription};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::sync::Arc;
@@ -159,54 +160,14 @@ impl Face for Instance2 {
         self.messages.check("fmi2SetRealInputDerivatives", status)
     }
 
-    fn get_state(&mut self) -> Result<FmuState, FmiError> {
-        let get = self.binary.get_state.filter(|_| self.description.capabilities.get_and_set_state);
-        let get = get.ok_or(FmiError::NotSupported("save its state"))?;
-        let mut state = std::ptr::null_mut();
-        // SAFETY: a live component of this library; NULL asks for a new state.
-        let status = unsafe { get(self.component, &raw mut state) };
-        self.messages.check("fmi2GetFMUstate", status)?;
-        Ok(FmuState(state))
-    }
-
-    fn set_state(&mut self, state: &FmuState) -> Result<(), FmiError> {
-        let set = self.binary.set_state.ok_or(FmiError::NotSupported("restore its state"))?;
-        // SAFETY: a live component of this library and a state it made.
-        let status = unsafe { set(self.component, state.0) };
-        self.messages.check("fmi2SetFMUstate", status)
-    }
-
-    fn free_state(&mut self, mut state: FmuState) -> Result<(), FmiError> {
-        let free = self.binary.free_state.ok_or(FmiError::NotSupported("free its state"))?;
-        // SAFETY: a live component of this library and a state it made.
-        let status = unsafe { free(self.component, &raw mut state.0) };
-        self.messages.check("fmi2FreeFMUstate", status)
-    }
-
-    fn serialize_state(&mut self, state: &FmuState) -> Result<Vec<u8>, FmiError> {
-        let missing = FmiError::NotSupported("serialise its state");
-        let (Some(size_of), Some(write)) = (self.binary.state_size, self.binary.serialize_state) else {
-            return Err(missing);
-        };
-        let mut size = 0;
-        // SAFETY: a live component of this library and a state it made.
-        let status = unsafe { size_of(self.component, state.0, &raw mut size) };
-        self.messages.check("fmi2SerializedFMUstateSize", status)?;
-        let mut bytes = vec![0; size];
-        // SAFETY: the buffer has the size the FMU asked for.
-        let status = unsafe { write(self.component, state.0, bytes.as_mut_ptr(), size) };
-        self.messages.check("fmi2SerializeFMUstate", status)?;
-        Ok(bytes)
-    }
-
-    fn deserialize_state(&mut self, bytes: &[u8]) -> Result<FmuState, FmiError> {
-        let read = self.binary.deserialize_state.ok_or(FmiError::NotSupported("deserialise its state"))?;
-        let mut state = std::ptr::null_mut();
-        // SAFETY: a live component of this library; the buffer has the stated length.
-        let status = unsafe { read(self.component, bytes.as_ptr(), bytes.len(), &raw mut state) };
-        self.messages.check("fmi2DeSerializeFMUstate", status)?;
-        Ok(FmuState(state))
-    }
+    states!(
+        "fmi2GetFMUstate",
+        "fmi2SetFMUstate",
+        "fmi2FreeFMUstate",
+        "fmi2SerializedFMUstateSize",
+        "fmi2SerializeFMUstate",
+        "fmi2DeSerializeFMUstate"
+    );
 
     access!(get_real, set_real, f64, f64, "fmi2GetReal", "fmi2SetReal", |v| v, |v| v);
     access!(get_integer, set_integer, i32, c_int, "fmi2GetInteger", "fmi2SetInteger", |v| v, |v| v);

@@ -16,6 +16,7 @@ mod instance;
 mod instance2;
 mod instance3;
 mod places;
+mod states;
 mod symbols;
 
 pub use archive::{Files, PLATFORM, PLATFORM_TUPLE, read_description};

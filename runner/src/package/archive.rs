@@ -71,11 +71,15 @@ pub fn write_archive(version: Version, path: &Path, binaries: &[Binary]) -> Resu
             }
         }
     }
-    let (description, documentation, icon) = match version {
-        Version::Two => (xml(), documentation(), "model.png"),
-        Version::Three => (fmi3::xml(), documentation3(), "terminalsAndIcons/icon.png"),
+    let (description, documentation, icon, own) = match version {
+        // The reference run's parameters have the names of FMI 2.0.
+        Version::Two => (xml(), documentation(), "model.png", reference_files()?),
+        Version::Three => {
+            let terminals =
+                ("terminalsAndIcons/terminalsAndIcons.xml".to_owned(), fmi3::terminals().into_bytes());
+            (fmi3::xml(), documentation3(), "terminalsAndIcons/icon.png", vec![terminals])
+        }
     };
-    let (terminals, reference) = (fmi3::terminals(), reference_files()?);
     let mut entries: Vec<(&str, &[u8])> = vec![
         ("modelDescription.xml", description.as_bytes()),
         (icon, ICON),
@@ -86,13 +90,7 @@ pub fn write_archive(version: Version, path: &Path, binaries: &[Binary]) -> Resu
         (LICENSES, LICENSES_LINKED),
     ];
     entries.extend(libraries.iter().map(|(name, contents)| (name.as_str(), contents.as_slice())));
-    match version {
-        // Its parameters have the names of FMI 2.0.
-        Version::Two => {
-            entries.extend(reference.iter().map(|(name, contents)| (name.as_str(), contents.as_slice())))
-        }
-        Version::Three => entries.push(("terminalsAndIcons/terminalsAndIcons.xml", terminals.as_bytes())),
-    }
+    entries.extend(own.iter().map(|(name, contents)| (name.as_str(), contents.as_slice())));
     // No clock and no user in the archive: equal contents give equal bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
