@@ -134,7 +134,15 @@ pub fn decide(e: &Evidence) -> Decision {
     let Some(best) = best else {
         let explained: f64 =
             order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();
-        return decision(Kind::NoneOfThese, vec![], None, (1.0 - explained) * (1.0 - e.probability));
+        let confidence = (1.0 - explained) * (1.0 - e.probability);
+        if e.is_small {
+            // What nothing explains and does not matter is no finding either.
+            return Decision {
+                is_immaterial: true,
+                ..decision(Kind::NoGap, vec![], None, reliability * confidence)
+            };
+        }
+        return decision(Kind::NoneOfThese, vec![], None, confidence);
     };
     let refit = &e.refits[best];
     if refit.members.len() > 1 {

@@ -149,6 +149,7 @@ fn a_gap_too_small_to_matter_accuses_nothing_slight_that_fails_to_predict() {
     assert_eq!(small(3.0, Some(false)), accused);
     // One test of one cycle leaves nothing to predict.
     assert_eq!(small(-0.2, None), accused);
-    let unexplained = Evidence { is_small: true, ..evidence(&[], 0.0, 100.0) };
-    assert_eq!(decide(&unexplained).kind, Kind::NoneOfThese);
+    let unexplained = |is_small| decide(&Evidence { is_small, ..evidence(&[], 0.0, 100.0) });
+    assert_eq!(unexplained(false).kind, Kind::NoneOfThese);
+    assert_eq!((unexplained(true).kind, unexplained(true).is_immaterial), (Kind::NoGap, true));
 }
