@@ -1,6 +1,6 @@
 //! Partial slip: a face that friction alone holds sticks in a disc and slides around it.
 //!
-//! Set-up: drained linear-elastic block of 200 punch radii (sphere and cone: 100 largest contact radii), nu = 0.2, small strains. Cattaneo's and Mindlin's slip under a tangential load has no place in an axisymmetric model; its
+//! Set-up: drained linear-elastic block of 200 punch radii (sphere and cone: 30 largest contact radii), nu = 0.2, small strains. Cattaneo's and Mindlin's slip under a tangential load has no place in an axisymmetric model; its
 //! counterpart is the hysteresis of unloading and loading anew.
 
 use poropunch::contact::status::{Contact, Status};
@@ -102,7 +102,7 @@ fn flat_punch_of_spence() {
 
 /// Goal: the stick radius of a growing contact is the flat punch's part of the contact radius all the time (Spence's theorem), so that what
 /// slides begins to stick as the contact passes over it. Set-up: a shallow sphere and a shallow cone, 64 elements up to the largest
-/// contact radius, friction 0.3. Tolerance: 0.05 of the contact radius at each of the last states, 0.02 in their mean.
+/// contact radius, friction 0.3, 80 steps (40 let the stick zone of the cone lag by 0.015). Tolerance: 0.05 of the contact radius at each of the last states, 0.02 in their mean.
 #[test]
 fn sphere_and_cone_stick_as_the_flat_punch() {
     let (stick, _) = flat_punch(NU, 0.3);
@@ -110,7 +110,8 @@ fn sphere_and_cone_stick_as_the_flat_punch() {
         let mut p = block(Some(0.3));
         p.mesh.preset = MeshPreset::Fine;
         p.indenter.profile = profile;
-        (p.geometry.sample_radius, p.geometry.sample_height) = (100.0 * RADIUS, 100.0 * RADIUS);
+        (p.mesh.growth, p.geometry.sample_radius, p.geometry.sample_height) =
+            (2.5, 30.0 * RADIUS, 30.0 * RADIUS);
         // Contact up to 0.85 of the shank: a^2 / R; pi / 2 a cot(half-angle).
         let deepest = match profile {
             IndenterProfile::Sphere => {
@@ -122,13 +123,13 @@ fn sphere_and_cone_stick_as_the_flat_punch() {
                 std::f64::consts::FRAC_PI_2 * 0.85 * RADIUS / p.indenter.cone_half_angle.tan()
             }
         };
-        let (states, radii) = states(&p, &steps(deepest, 40));
+        let (states, radii) = states(&p, &steps(deepest, 80));
         let part = |state: &State| {
             let (sticks, touches) = zones(&state.contact);
             let end = |count: usize| 0.5 * (radii[count - 1] + radii[count]);
             end(sticks) / end(touches)
         };
-        let parts: Vec<f64> = states[20..].iter().map(part).collect();
+        let parts: Vec<f64> = states[40..].iter().map(part).collect();
         let mean = parts.iter().sum::<f64>() / parts.len() as f64;
         println!("{profile:?}: {mean:.4}, Spence {stick:.4}; {parts:.3?}");
         assert!((mean - stick).abs() < 0.02, "{profile:?}: {mean}");
