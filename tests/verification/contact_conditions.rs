@@ -2,7 +2,7 @@
 //!
 //! Goal: after every stage each node of the face, mid-side nodes included, has a gap or a pressure, never both and none of them
 //! negative: what touches lies on the face and is not pulled, what is open lies below it and carries nothing. With partial slip every
-//! corner in contact obeys Coulomb's law: it sticks within the friction, or slides under all of it and against it. Mesh: `coarse`.
+//! corner in contact off the axis obeys Coulomb's law: it sticks within the friction, or slides under all of it and against it. Mesh: `coarse`.
 //! Boundary conditions: Table 1's sample under a flat, a bonded flat, a slipping flat and a spherical punch. Parameters: P2's ramp, ten seconds of
 //! hold and the retraction, backward Euler steps of at most 10 um, 2.5 um on the way back (one stage each, so its nodal forces can
 //! be assembled anew from the states before and after it). Reference: the conditions themselves. Tolerance: gap 1e-6 of the
@@ -108,7 +108,7 @@ fn violations(profile: IndenterProfile, hold: Hold) -> ([f64; 6], [usize; 2]) {
                     beside.into_iter().flatten().filter(|&m| m < nodes.len() && state.contact.is_closed(m));
                 let pull = own + shares.clone().map(|m| 0.5 * residual[nodes[m].1 + 1]).sum::<f64>();
                 worst[2] = worst[2].max(pull);
-                if hold == Hold::Friction && slides_on {
+                if hold == Hold::Friction && slides_on && k > 0 {
                     let radial = nodes[2 * k].1;
                     let shear = residual[radial] + shares.map(|m| 0.5 * residual[nodes[m].1]).sum::<f64>();
                     let limit = -FRICTION * pull;

@@ -102,8 +102,8 @@ impl Surface {
         let exceeds = shear.abs() > friction * pressure + trial.slack.force;
         let slides = if shear > 0.0 { Status::PushedOutwards } else { Status::PushedInwards };
         if self.partial_slip {
-            // What is pulled opens.
-            return (exceeds && !pulled).then_some((slides, true));
+            // What is pulled opens; on the axis there is no shear.
+            return (exceeds && !pulled && patch.start > 0).then_some((slides, true));
         }
         let loose = |k: usize| k < self.face_corners && contact.corners[k] != Status::Held;
         let at_open_edge =

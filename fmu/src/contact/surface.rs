@@ -291,9 +291,9 @@ impl Surface {
     }
 }
 
-/// Every corner by itself but the one on the axis, where there is no shear.
+/// Every corner by itself.
 fn one_by_one(corners: usize) -> Vec<Range<usize>> {
-    std::iter::once(0..2).chain((2..corners).map(|k| k..k + 1)).collect()
+    (0..corners).map(|k| k..k + 1).collect()
 }
 
 /// Corners in patches of at least [`PATCH`] of the outermost radius, gathered from the edge inwards.
