@@ -18,7 +18,7 @@ mod instance3;
 mod places;
 mod symbols;
 
-pub use archive::{Files, PLATFORM, PLATFORM_TUPLE, read_description};
+pub use archive::{Files, PLATFORM, PLATFORM_TUPLE};
 pub use description::{
     Capabilities, DefaultExperiment, ModelDescription, ScalarVariable, VariableKind, Version,
 };
