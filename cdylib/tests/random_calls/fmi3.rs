@@ -224,10 +224,7 @@ fn life(driver: &mut Driver, which: usize) {
         6 => call!(driver, fmi3EnterStepMode(c)),
         7 if driver.random.one_in(4) => call!(driver, fmi3Terminate(c)),
         8 => call!(driver, fmi3EvaluateDiscreteStates(c)),
-        9 => call!(
-            driver,
-            fmi3UpdateDiscreteStates(c, flag, &mut 0, &mut 0, &mut 0, &mut 0, &mut 0.0)
-        ),
+        9 => call!(driver, fmi3UpdateDiscreteStates(c, flag, &mut 0, &mut 0, &mut 0, &mut 0, &mut 0.0)),
         10 => call!(driver, fmi3GetFloat64(null_mut(), &0, 1, &mut 0.0, 1)),
         _ => call!(driver, fmi3DoStep(c, 0.0, 1e-3, 0, null_mut(), flag, &mut 0, &mut 0.0)),
     };
