@@ -379,6 +379,14 @@ impl Path {
     ) -> Result<State, StepError> {
         let base = &self.base;
         loop {
+            // A state of somebody's making may ask for shorter and shorter steps without end.
+            if *dt <= ROUNDING * base.time.abs() {
+                return Err(StepError::NoConvergence {
+                    time: base.time,
+                    step_size: *dt,
+                    reason: "the step is too short to go on in time".to_owned(),
+                });
+            }
             let patience = if *dt < SHORT * self.first_step { Patience::Much } else { Patience::Little };
             match stepper.step(base, Motion { start, velocity }, *dt, patience, statistics) {
                 Ok(step) => return Ok(step.state),
