@@ -99,7 +99,7 @@ struct Score {
     #[arg(long, value_name = "FILE")]
     key: PathBuf,
     /// What opens it: the digits that `challenge make` printed, or the file that it wrote
-    #[arg(long, value_name = "DIGITS|FILE")]
+    #[arg(long, value_name = "SECRET")]
     secret: String,
     /// Score although cases are still without an answer: these are then no longer blind
     #[arg(long)]

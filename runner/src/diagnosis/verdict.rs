@@ -135,8 +135,8 @@ pub fn decide(e: &Evidence) -> Decision {
         let explained: f64 =
             order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();
         let confidence = (1.0 - explained) * (1.0 - e.probability);
-        if e.is_small {
-            // What nothing explains and does not matter is no finding either.
+        if e.is_small && elsewhere < plain {
+            // Not even a smooth error of any shape: the samples scatter more than their noise says, the curve is not elsewhere.
             return Decision {
                 is_immaterial: true,
                 ..decision(Kind::NoGap, vec![], None, reliability * confidence)
