@@ -25,6 +25,10 @@ const MAX_TRAVEL: f64 = 0.1;
 const MIN_FRACTION: f64 = 1e-6;
 /// Below this fraction of the first step it is not the step's length that keeps the solution from being found.
 const SHORT: f64 = 1e-2;
+/// Attempts that may fail within [`STRETCH`]: a path that goes on in steps next to nothing would go on for hours.
+const MAX_FAILURES: u32 = 100;
+/// Over the time since the last change of velocity, or the first step where that is longer.
+const STRETCH: f64 = 0.01;
 /// Where the punch is while the sample is on its own (m): so far above it that nothing touches.
 const AWAY: f64 = -1e3;
 /// The punch has landed when its gap is below this fraction of the initial increment.
@@ -67,6 +71,8 @@ pub struct Path {
     /// The load cell at the start of that step.
     pub(super) cell: LoadCell,
     deepest: f64,
+    /// Attempts that failed since a time (s).
+    failures: (f64, u32),
 }
 
 impl Path {
@@ -84,6 +90,7 @@ impl Path {
             largest_force: 0.0,
             cell: LoadCell::at_rest(&LoadCellParameters::default(), time),
             deepest: 0.0,
+            failures: (time, 0),
         }
     }
 
@@ -371,34 +378,33 @@ impl Path {
     /// Steps from `base` with the punch at `start` (m) and moving at `velocity` (m/s), cutting `dt` until it
     /// converges.
     fn attempt(
-        &self,
+        &mut self,
         stepper: &mut dyn Discretisation,
         (start, velocity): (f64, f64),
         dt: &mut f64,
         statistics: &mut Statistics,
     ) -> Result<State, StepError> {
         let base = &self.base;
+        let stretch = self.first_step.max(STRETCH * (base.time - self.piece.start_time));
+        if base.time > self.failures.0 + stretch {
+            self.failures = (base.time, 0);
+        }
+        let lost =
+            |step_size: f64, reason: String| StepError::NoConvergence { time: base.time, step_size, reason };
         loop {
             // A state of somebody's making may ask for shorter and shorter steps without end.
             if *dt <= ROUNDING * base.time.abs() {
-                return Err(StepError::NoConvergence {
-                    time: base.time,
-                    step_size: *dt,
-                    reason: "the step is too short to go on in time".to_owned(),
-                });
+                return Err(lost(*dt, "the step is too short to go on in time".to_owned()));
             }
             let patience = if *dt < SHORT * self.first_step { Patience::Much } else { Patience::Little };
             match stepper.step(base, Motion { start, velocity }, *dt, patience, statistics) {
                 Ok(step) => return Ok(step.state),
                 Err(reason) => {
                     statistics.cuts += 1;
+                    self.failures.1 = self.failures.1.saturating_add(1);
                     *dt *= 0.25;
-                    if *dt < MIN_FRACTION * self.first_step {
-                        return Err(StepError::NoConvergence {
-                            time: base.time,
-                            step_size: *dt,
-                            reason: reason.to_string(),
-                        });
+                    if *dt < MIN_FRACTION * self.first_step || self.failures.1 > MAX_FAILURES {
+                        return Err(lost(*dt, reason.to_string()));
                     }
                 }
             }

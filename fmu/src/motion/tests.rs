@@ -1,5 +1,6 @@
 //! The punch's motion: first steps, and what is read between the steps.
 
+use crate::law::parameters::{BranchParameters, OgdenParameters};
 use crate::parameters::MeshPreset;
 use crate::{Instance, Model, Parameters, Trapezoid};
 
@@ -58,4 +59,24 @@ fn dissipations_never_fall() {
             last = o;
         }
     }
+}
+
+/// Goal: a run that has no solution ends soon. Set-up: a permeability that falls by a hundred times its plausible exponent while the
+/// sample drains; some 14 s into the hold, all but the shortest steps fail. Tolerance: an error after at most twice the failures allowed.
+#[test]
+fn a_lost_run_ends_in_an_error() {
+    let mut parameters = Parameters::default();
+    parameters.mesh.preset = MeshPreset::Coarse;
+    parameters.effect.permeability.exponent = 499.9;
+    let material = &mut parameters.material;
+    material.permeability = 3.967e-16;
+    material.equilibrium = OgdenParameters { mu: -148.48, alpha: -3.0 };
+    let branch = |mu, eta| BranchParameters { ogden: OgdenParameters { mu, alpha: -3.0 }, eta };
+    material.branches = vec![branch(-3035.7, 284.6), branch(-1408.2, 48775.0)];
+    let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
+    instance.set_displacement(1e-3);
+    instance.advance(0.625).unwrap();
+    let error = instance.advance(89.0).unwrap_err();
+    assert!(error.to_string().contains("14.0"), "{error}");
+    assert!(instance.statistics().cuts < 200, "{:?}", instance.statistics());
 }

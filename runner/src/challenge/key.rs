@@ -36,6 +36,8 @@ pub struct Solution {
     /// Score that each cause has for somebody who knows the forms of all and the true parameters: what a refit, of a pair with the
     /// other cause in any size, leaves of it, in units of the noise.
     pub visibility: Vec<f64>,
+    /// The same as the largest mean over half a decade of time, as part of the test's largest force (%).
+    pub gap_percent: Vec<f64>,
     /// Reading without noise, test by test (mN).
     pub truth_mn: Vec<Vec<f64>>,
 }
@@ -47,6 +49,11 @@ impl Solution {
     /// Whether each cause, of at least one, can be seen.
     pub fn is_visible(&self) -> bool {
         !self.visibility.is_empty() && self.visibility.iter().all(|z| *z >= VISIBLE)
+    }
+
+    /// Whether each cause can be seen and leaves a gap of at least this part of the largest force (%).
+    pub fn matters(&self, percent: f64) -> bool {
+        self.is_visible() && self.gap_percent.iter().all(|gap| *gap >= percent)
     }
 }
 

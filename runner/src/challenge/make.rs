@@ -4,7 +4,7 @@ use super::draw::{Drawn, Kind, again, draw};
 use super::ground::Ground;
 use super::key::{Key, SEAL, Secret, Solution, hash, sealed};
 use super::noise::{csv, measured_n};
-use super::oracle::visibility;
+use super::oracle::seen;
 use super::simulate::{Test, Truth, start, tests};
 use crate::data::{DataError, Wanted, read_str};
 use crate::engine::Engine;
@@ -43,6 +43,9 @@ pub enum MakeError {
     /// A file.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// Changes of the force by a cause, or the derivatives beside them.
+    #[error("a cause changes the force by what is no number")]
+    NotFinite,
     /// The key.
     #[error("the key cannot be sealed")]
     Seal,
@@ -160,8 +163,9 @@ fn one(engine: &Engine, plan: &Plan, tests: &[Test; 2], drawn: Drawn) -> Result<
     let plain = readings.get(1).map(all_mn).unwrap_or_default();
     let change = |r: &Vec<Vec<f64>>| all_mn(r).iter().zip(&plain).map(|(a, b)| a - b).collect();
     let changes: Vec<Vec<f64>> = alone.iter().map(change).collect();
-    let visibility = visibility(engine, &drawn, &plan.numerics, &measurements, &changes)?;
+    let seen = seen(engine, &drawn, &plan.numerics, &measurements, &changes)?;
+    let (visibility, gap_percent) = seen.iter().map(|s| (s.score, s.gap_percent)).unzip();
     let effects = drawn.causes.iter().filter_map(|c| c.effect().map(str::to_owned)).collect();
     let truth_mn = readings[0].iter().map(|r| r.iter().map(|f| f * 1e3).collect()).collect();
-    Ok(Solution { drawn, effects, visibility, truth_mn })
+    Ok(Solution { drawn, effects, visibility, gap_percent, truth_mn })
 }

@@ -1,30 +1,42 @@
-//! Whether anybody could see a cause: what a refit leaves of its true change of the force, in units of the noise, for
-//! somebody who knows the true parameters and the forms of all causes; of one of a pair, what a refit with the other one in any size
-//! leaves. No candidate of the catalogue comes into it.
+//! Whether anybody could see a cause, and whether it matters: what a refit leaves of its true change of the force, for somebody who
+//! knows the true parameters and the forms of all causes; of one of a pair, what a refit with the other one in any size leaves. No
+//! candidate of the catalogue comes into it.
 
 use super::draw::Drawn;
 use super::make::MakeError;
 use crate::data::Measurement;
+use crate::diagnosis::gap::gap_percent;
 use crate::engine::Engine;
-use crate::fit::Problem as _;
-use crate::inference::Signature;
+use crate::fit::{Problem as _, Whitening as _};
 use crate::inference::fit::linearised;
 use crate::inference::{ForceProblem, Setup};
 use crate::inference::{Requests, Unknowns};
 use crate::noise::observation::observe;
 use crate::noise::{Weights, noise_model};
 use crate::setting::written;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
-/// Scores of changes of the reading (mN, all tests one after the other) against the plain reading.
-pub fn visibility(
+/// Singular values below this are none.
+const ROUNDING: f64 = 1e-12;
+
+/// What a refit leaves of a cause.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// In units of the noise.
+    pub score: f64,
+    /// Largest mean over half a decade of time, as part of the test's largest force (%).
+    pub gap_percent: f64,
+}
+
+/// Of changes of the reading (mN, all tests one after the other) against the plain reading.
+pub fn seen(
     engine: &Engine,
     drawn: &Drawn,
     numerics: &BTreeMap<String, f64>,
     measurements: &[Measurement],
     changes_mn: &[Vec<f64>],
-) -> Result<Vec<f64>, MakeError> {
+) -> Result<Vec<Seen>, MakeError> {
     if changes_mn.is_empty() {
         return Ok(vec![]);
     }
@@ -46,13 +58,23 @@ pub fn visibility(
     let plain_mn: Vec<f64> = difference_mn.iter().zip(setup.measured_mn()).map(|(d, m)| d + m).collect();
     let covariance = noise_model(&observations, &plain_mn, vec![], &Weights::default())?.covariance;
     let gap_mn = -DVector::from_vec(difference_mn);
-    let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &unknowns.prior(), &x);
-    let signatures: Vec<Signature> =
-        changes_mn.iter().map(|d| linear.signature(&covariance, &DVector::from_row_slice(d))).collect();
-    // Of two causes, what is across the other one.
-    let seen = |(k, own): (usize, &Signature)| {
-        let others = signatures.iter().enumerate().filter(|(j, _)| *j != k);
-        others.fold(own.strength(), |left, (_, other)| left * (1.0 - own.cosine(other).powi(2)).sqrt())
+    let design = linearised(&jacobian_mn, &gap_mn, &covariance, &unknowns.prior(), &x).design;
+    let changes_mn =
+        DMatrix::from_columns(&changes_mn.iter().map(|d| DVector::from_row_slice(d)).collect::<Vec<_>>());
+    let whitened = covariance.apply_columns(&changes_mn).resize_vertically(design.nrows(), 0.0);
+    let left = |k: usize| {
+        let others = (0..changes_mn.ncols()).filter(|j| *j != k).collect::<Vec<_>>();
+        let taken = beside(&design, &whitened.select_columns(&others));
+        let by = taken.clone().svd(true, true).solve(&whitened.column(k), ROUNDING).ok()?;
+        let score = (whitened.column(k) - taken * &by).norm();
+        let left_mn = changes_mn.column(k) - beside(&jacobian_mn, &changes_mn.select_columns(&others)) * by;
+        Some(Seen { score, gap_percent: gap_percent(&observations, &left_mn) })
     };
-    Ok(signatures.iter().enumerate().map(seen).collect())
+    (0..changes_mn.ncols()).map(|k| left(k).ok_or(MakeError::NotFinite)).collect()
+}
+
+/// Columns of both.
+fn beside(first: &DMatrix<f64>, second: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns: Vec<_> = first.column_iter().chain(second.column_iter()).collect();
+    DMatrix::from_columns(&columns)
 }

@@ -21,6 +21,8 @@ pub struct Line {
     pub truth: String,
     /// Score of its weakest cause for somebody who knows it, where there is one.
     pub visibility: Option<f64>,
+    /// What its smallest cause leaves of the largest force (%), where there is one.
+    pub gap_percent: Option<f64>,
     /// What was answered.
     pub answer: String,
     /// Confidence of the answer.
@@ -38,17 +40,19 @@ pub struct Line {
 pub struct Scores {
     /// Cases without a gap that were accused of one.
     pub false_accusations: Share,
-    /// Visible single effects named first.
+    /// Visible single effects that matter, named first.
     pub top_1: Share,
-    /// Visible single effects within a group of at most three.
+    /// Visible single effects that matter, within a group of at most three.
     pub in_group: Share,
     /// Members of the groups that were answered, on average.
     pub group_size: f64,
     /// Causes outside the catalogue answered `none of these` or `no gap`.
     pub outside: Share,
+    /// Visible single effects that do not matter: nothing else was accused.
+    pub immaterial: Share,
     /// Effects too weak to see of which nothing else was accused.
     pub weak: Share,
-    /// Pairs, both visible, both named.
+    /// Pairs of which both can be seen and matter, both named.
     pub pairs: Share,
     /// 90 % intervals of the shrinkage that hold the true one, for effects named rightly.
     pub coverage: Share,
@@ -76,6 +80,8 @@ struct Answer {
     kind: Kind,
     families: Vec<String>,
     confidence: f64,
+    /// Of the largest force (%), from which on a gap matters.
+    matters_percent: f64,
     /// Value and interval claimed, and the true value.
     shrinkage: Option<(f64, f64, f64)>,
     true_shrinkage: Option<f64>,
@@ -97,7 +103,9 @@ pub fn score(key: &Key, answers: &[Option<Diagnosis>]) -> Table {
             let family = rule.and_then(|r| r.effect.clone());
             let kind = if family.is_some() { Kind::Effect } else { Kind::NoGap };
             let families = family.into_iter().collect();
-            (s, Answer { kind, families, confidence: 1.0, shrinkage: None, true_shrinkage: None })
+            let matters_percent = d.verdict.matters_percent;
+            let (shrinkage, true_shrinkage) = (None, None);
+            (s, Answer { kind, families, confidence: 1.0, matters_percent, shrinkage, true_shrinkage })
         };
         let answers: Vec<(&Solution, Answer)> = answered().map(of).collect();
         (name, scores(&answers))
@@ -118,6 +126,7 @@ fn of_diagnosis(solution: &Solution, d: &Diagnosis) -> Answer {
         kind: d.verdict.kind,
         families,
         confidence: d.verdict.confidence,
+        matters_percent: d.verdict.matters_percent,
         shrinkage: claimed.and_then(|s| Some((s.value?, s.interval?.0, s.interval?.1))),
         true_shrinkage: claimed.and_then(|s| {
             // Of these specimens, as far as data can tell them from the nominal one.
@@ -142,14 +151,15 @@ fn is_right(solution: &Solution, answer: &Answer) -> bool {
         CaseKind::Single | CaseKind::Weak if accuses(answer) => {
             solution.effects.iter().all(names) && answer.families.len() <= LARGEST_GROUP
         }
-        // To accuse nothing is right only of what cannot be seen.
-        CaseKind::Single | CaseKind::Weak => !solution.is_visible(),
+        // To accuse nothing is right only of what cannot be seen, or does not matter.
+        CaseKind::Single | CaseKind::Weak => !solution.matters(answer.matters_percent),
         CaseKind::Pair => {
             let found = solution.effects.iter().filter(|e| names(e)).count();
-            // Of a pair of which one is too weak to see, the other is a right answer.
+            // Of a pair of which one cannot be seen or does not matter, the other is a right answer.
             // One, and one of a group.
             let few = answer.families.len() <= 1 + LARGEST_GROUP;
-            if solution.is_visible() { found == 2 && few } else { !accuses(answer) || found > 0 }
+            let both = solution.matters(answer.matters_percent);
+            if both { found == 2 && few } else { !accuses(answer) || found > 0 }
         }
     }
 }
@@ -157,7 +167,9 @@ fn is_right(solution: &Solution, answer: &Answer) -> bool {
 fn scores(answers: &[(&Solution, Answer)]) -> Scores {
     let of = |kind: &'static [CaseKind]| answers.iter().filter(move |(s, _)| kind.contains(&s.drawn.kind));
     let single = || of(&[CaseKind::Single, CaseKind::Weak]);
-    let visible = || single().filter(|(s, _)| s.is_visible());
+    let matter = |(s, a): &&(&Solution, Answer)| s.matters(a.matters_percent);
+    let visible = || single().filter(matter);
+    let immaterial = single().filter(|pair| pair.0.is_visible() && !matter(pair));
     let weak = single().filter(|(s, _)| !s.is_visible());
     let first = |(s, a): &(&Solution, Answer)| accuses(a) && a.families.first() == s.effects.first();
     let groups: Vec<f64> =
@@ -177,8 +189,9 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
         in_group: Share::of(visible().map(|(s, a)| is_right(s, a))),
         group_size: groups.iter().sum::<f64>() / groups.len().max(1) as f64,
         outside: Share::of(of(&[CaseKind::Outside]).map(|(_, a)| !accuses(a))),
+        immaterial: Share::of(immaterial.map(|(s, a)| is_right(s, a))),
         weak: Share::of(weak.map(|(s, a)| is_right(s, a))),
-        pairs: Share::of(of(&[CaseKind::Pair]).filter(|(s, _)| s.is_visible()).map(|(s, a)| is_right(s, a))),
+        pairs: Share::of(of(&[CaseKind::Pair]).filter(matter).map(|(s, a)| is_right(s, a))),
         coverage: Share::of(answers.iter().filter_map(covered)),
         accused_by_noise,
         confidence: Calibration::of(answers.iter().map(|(s, a)| (a.confidence, is_right(s, a))).collect()),
@@ -195,6 +208,7 @@ fn line(solution: &Solution, answer: &Answer) -> Line {
         id: solution.drawn.id.clone(),
         truth: if truth.is_empty() { "nothing".to_owned() } else { truth },
         visibility: solution.visibility.iter().copied().min_by(f64::total_cmp),
+        gap_percent: solution.gap_percent.iter().copied().min_by(f64::total_cmp),
         answer: if families.is_empty() { kind } else { format!("{kind}: {families}") },
         confidence: answer.confidence,
         right: is_right(solution, answer),

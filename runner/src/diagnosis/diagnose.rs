@@ -3,6 +3,7 @@
 use super::catalogue::{LeftOut, effects};
 use super::confirming::{Refit, whole};
 use super::experiments::{Proposal, proposals, rivals};
+use super::gap::gap_percent;
 use super::held_out::{Split, splits};
 use super::leftover::{Leftover, leftover};
 use super::location::{Spot, spots};
@@ -23,7 +24,7 @@ use crate::inference::effect::{Candidate, Effect, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, ROUGH, fit};
 use crate::inference::{NoiseFailure, noise_at};
 use crate::noise::ObservationError;
-use crate::noise::{NoiseModel, Observation, Weights, hats_after_kinks};
+use crate::noise::{NoiseModel, Observation, Weights};
 use crate::pool::Priority;
 use nalgebra::DVector;
 use thiserror::Error;
@@ -178,7 +179,7 @@ pub fn diagnose(
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
     let mates = |leader: usize| mates(&candidates, &screened, &refits, y, leader, thresholds.decisive);
     let accepted = |r: &Refit| accepted(&plain, r, &splits, &thresholds);
-    let gap_percent = gap_percent(&observations, &plain);
+    let gap_percent = gap_percent(&observations, &plain.gap_mn);
     let is_small = gap_percent < effort.matters_percent;
     let removed = |r: &Refit| removed(&plain, r, &splits, &thresholds);
     let decision = decide(&Evidence {
@@ -390,23 +391,6 @@ fn mates(
         !refitted && promises && alike(screened, leader, s.candidate) && own - gain(s) < decisive
     };
     screened.iter().filter(is_mate).map(|s| s.candidate).collect()
-}
-
-/// Largest mean difference between data and plain model over half a decade of the time since any kink of the motion, as part of its
-/// test's largest force (%).
-fn gap_percent(observations: &[Observation], plain: &Fit) -> f64 {
-    // Of fewer points it is the noise's.
-    const FEWEST: f64 = 3.0;
-    let (mut largest, mut before) = (0.0_f64, 0);
-    for o in observations {
-        let peak_mn = o.force_mn().iter().fold(0.0_f64, |peak, f| peak.max(f.abs()));
-        let gap_mn = plain.gap_mn.rows(before, o.len());
-        let hats = hats_after_kinks(o).into_iter().map(|(_, hat)| hat).filter(|hat| hat.sum() >= FEWEST);
-        let means = hats.map(|hat| 100.0 * (hat.dot(&gap_mn) / hat.sum()).abs() / peak_mn);
-        largest = means.fold(largest, f64::max);
-        before += o.len();
-    }
-    largest
 }
 
 /// Whether the effects surely bring the prediction of some held-out data nearer to them; `None` where no split determines them, or

@@ -18,6 +18,7 @@ pub mod declared;
 pub mod diagnose;
 pub mod experiments;
 mod figures;
+pub mod gap;
 pub mod held_out;
 pub mod leftover;
 pub mod location;
