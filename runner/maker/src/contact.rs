@@ -1,0 +1,147 @@
+//! Contact with the flat face: penalty in the normal direction, elastic stick and Coulomb slip along the face.
+//!
+//! Written at the Gauss points of the sides under the face; a point is free, sticks where it touched, or slides.
+
+/// Resistance to sliding along the face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Friction {
+    /// Coulomb's coefficient [-]; infinity sticks.
+    Coulomb(f64),
+    /// A viscous film: shear traction over sliding velocity (Pa s/m).
+    Film(f64),
+}
+
+/// Traction that holds a touched point across a gap g: `strength exp(-g/opening)`; lost for good beyond `6 opening`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cohesion {
+    /// Largest traction (Pa).
+    pub strength: f64,
+    /// Decay length (m).
+    pub opening: f64,
+}
+
+/// The law of the face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// Along the face.
+    pub friction: Friction,
+    /// Across the face.
+    pub cohesion: Option<Cohesion>,
+}
+
+/// What a point of the surface remembers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Touch {
+    /// It is pressed on the face.
+    pub closed: bool,
+    /// It has been since the bond last broke.
+    pub bonded: bool,
+    /// Where it would be free of shear: its radial displacement there (m).
+    pub anchor: f64,
+    /// Height above the face (m).
+    pub gap: f64,
+    /// Radial displacement (m).
+    pub radial: f64,
+}
+
+/// Tractions (Pa) and their slopes (Pa/m).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Traction {
+    /// Pressure on the surface.
+    pub normal: f64,
+    /// Its derivative by the penetration.
+    pub normal_slope: f64,
+    /// Resistance, against positive radial displacement.
+    pub radial: f64,
+    /// Its derivative by the radial displacement.
+    pub radial_slope: f64,
+    /// Its derivative by the penetration.
+    pub radial_by_normal: f64,
+}
+
+/// Lag of the cohesive traction behind a changing gap (s): bonds that break all at once would have no equilibrium.
+const COHESION_LAG_S: f64 = 0.01;
+
+impl Face {
+    /// Tractions of a point with penetration and radial displacement (m) after a step (s), and its new memory.
+    pub fn respond(&self, penalty: f64, last: &Touch, penetration: f64, radial: f64, step: f64) -> (Traction, Touch) {
+        let gap = -penetration;
+        let mut t = Traction::default();
+        let mut now = Touch { closed: penetration > 0.0, gap, radial, ..*last };
+        let hold = self.cohesion.filter(|_| last.bonded || now.closed).map(|c| (c, c.strength / penalty));
+        match hold {
+            Some((c, begin)) if gap > begin => {
+                let traction = c.strength * (-(gap - begin) / c.opening).exp();
+                let rate = COHESION_LAG_S / (c.opening * step);
+                let moved = 1.0 + rate * (gap - last.gap.max(0.0));
+                if moved > 0.0 {
+                    t.normal = -traction * moved;
+                    t.normal_slope = traction * (rate - moved / c.opening);
+                }
+                now.bonded = gap < 6.0 * c.opening;
+            }
+            Some(_) => (t.normal, t.normal_slope, now.bonded) = (penalty * penetration, penalty, true),
+            None if now.closed => (t.normal, t.normal_slope) = (penalty * penetration, penalty),
+            None => {}
+        }
+        if hold.is_none() {
+            now.bonded = now.closed;
+        }
+        if !now.closed {
+            now.anchor = radial;
+            return (t, now);
+        }
+        // A point that comes down sticks where it was when the step began.
+        let anchor = if last.closed { last.anchor } else { last.radial };
+        match self.friction {
+            Friction::Film(resistance) => {
+                (t.radial, t.radial_slope) = (resistance / step * (radial - last.radial), resistance / step);
+            }
+            Friction::Coulomb(coefficient) => {
+                let stick = penalty * (radial - anchor);
+                let limit = coefficient * t.normal;
+                (t.radial, now.anchor) = match stick.abs() <= limit {
+                    true => (stick, anchor),
+                    false => (limit.copysign(stick), radial - limit.copysign(stick) / penalty),
+                };
+                match stick.abs() <= limit {
+                    true => t.radial_slope = penalty,
+                    false => t.radial_by_normal = (coefficient * t.normal_slope).copysign(stick),
+                }
+            }
+        }
+        (t, now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_derivatives() {
+        let cohesion = Some(Cohesion { strength: 100.0, opening: 1e-4 });
+        let last = Touch { closed: true, bonded: true, anchor: 1e-6, gap: 1e-5, radial: 2e-6 };
+        for friction in [Friction::Coulomb(0.2), Friction::Coulomb(f64::INFINITY), Friction::Film(1e7)] {
+            let face = Face { friction, cohesion };
+            for (penetration, radial) in [(1e-5, 1.5e-6), (1e-6, 9e-6), (-5e-5, 0.0), (-2e-4, 0.0)] {
+                let at = |dp: f64, dr: f64| face.respond(1e8, &last, penetration + dp, radial + dr, 0.01).0;
+                let (t, h) = (at(0.0, 0.0), 1e-10);
+                let by = |f: fn(&Traction) -> f64, dp, dr| (f(&at(dp, dr)) - f(&at(-dp, -dr))) / (2.0 * h);
+                assert!((by(|t| t.normal, h, 0.0) - t.normal_slope).abs() < 1e-4 * 1e8);
+                assert!((by(|t| t.radial, 0.0, h) - t.radial_slope).abs() < 1e-4 * 1e8);
+                assert!((by(|t| t.radial, h, 0.0) - t.radial_by_normal).abs() < 1e-4 * 1e8);
+            }
+        }
+    }
+
+    #[test]
+    fn a_sliding_point_sticks_where_it_stopped() {
+        let face = Face { friction: Friction::Coulomb(0.5), cohesion: None };
+        let touch = face.respond(1e8, &Touch::default(), 1e-6, 0.0, 1.0).1;
+        let (t, touch) = face.respond(1e8, &touch, 1e-6, 3e-6, 1.0);
+        assert!((t.radial - 50.0).abs() < 1e-9);
+        let (t, _) = face.respond(1e8, &touch, 1e-6, 2.5e-6, 1.0);
+        assert!(t.radial.abs() < 1e-9 && t.radial_slope > 0.0);
+    }
+}

@@ -1,0 +1,204 @@
+//! The way through a test: steps of the size that the wanted accuracy allows.
+
+use crate::error::{Failure, MakerError};
+use crate::history::History;
+use crate::motion::Motion;
+use crate::step::{Frame, Newton, Solved};
+use crate::system::{Memory, Step, System, Unknowns};
+use crate::time::Formula;
+
+/// How steps are chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    /// Error of a step in the force, over the greatest force so far.
+    pub tolerance: f64,
+    /// First travel after a kink of the motion, over the punch's radius.
+    pub first_travel: f64,
+    /// First step after a kink over the shortest relaxation time.
+    pub first_time: f64,
+    /// Backward Euler throughout, instead of BDF2.
+    pub first_order: bool,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self { tolerance: 2e-4, first_travel: 5e-4, first_time: 0.02, first_order: false }
+    }
+}
+
+/// Growth of neighbouring steps; BDF2 is stable up to 2.4.
+const GROWTH: f64 = 1.8;
+/// Error of BDF2 over the distance from the parabola through the three last points, for steps that grow a little.
+const ERROR_SHARE: f64 = 0.25;
+/// Largest travel of a step over the punch's radius.
+const TRAVEL: f64 = 0.06;
+/// Steps after which a test is given up.
+const MOST_STEPS: usize = 20_000;
+
+/// A test in progress.
+pub struct Drive<'a> {
+    system: &'a System,
+    frame: Option<Frame>,
+    pace: Pace,
+    shortest_time: f64,
+    stiffening: &'a dyn Fn(f64) -> f64,
+    newton: Newton,
+    x: Unknowns,
+    last: Memory,
+    before: Memory,
+    spare: Memory,
+    depth: f64,
+    force: f64,
+    greatest: f64,
+    history: History,
+}
+
+/// End of a step of the present piece.
+struct Mark {
+    time: f64,
+    force: f64,
+    depth: f64,
+    surface: f64,
+    x: Unknowns,
+}
+
+impl<'a> Drive<'a> {
+    /// A specimen at rest; `stiffening` is the factor on all moduli by time (s).
+    pub fn new(
+        system: &'a System,
+        frame: Option<Frame>,
+        pace: Pace,
+        shortest_time: f64,
+        stiffening: &'a dyn Fn(f64) -> f64,
+    ) -> Self {
+        let (x, last) = system.rest();
+        let (newton, history) = (Newton::default(), History::default());
+        let (before, spare) = (last.clone(), last.clone());
+        let greatest = system.force_unit() * 0.01;
+        Self {
+            system, frame, pace, shortest_time, stiffening, newton, x, last, before, spare,
+            depth: 0.0, force: 0.0, greatest, history,
+        }
+    }
+
+    /// Follows the motion from first touch to its end.
+    ///
+    /// # Errors
+    /// When a step cannot be solved.
+    pub fn run(mut self, motion: &Motion) -> Result<History, MakerError> {
+        let points = motion.points();
+        self.history.push(points[0].0, 0.0);
+        let mut touched = false;
+        for pair in points.windows(2) {
+            let ((mut from, start), (to, end)) = (pair[0], pair[1]);
+            if !touched && end <= 0.0 {
+                continue;
+            }
+            if !touched && start < 0.0 {
+                from += (to - from) * -start / (end - start);
+                self.history.push(from, 0.0);
+                self.history.kink();
+            }
+            touched = true;
+            self.piece(motion, from, to)?;
+            self.history.kink();
+        }
+        if std::env::var_os("MAKER_STEPS").is_some() {
+            eprintln!("{} steps, {} corrections, {} factorisations", self.history.times().len(), self.newton.corrections, self.newton.factorisations);
+        }
+        Ok(self.history)
+    }
+
+    /// One straight piece of the motion.
+    fn piece(&mut self, motion: &Motion, from: f64, to: f64) -> Result<(), MakerError> {
+        let radius = self.system.punch_radius;
+        let speed = ((motion.at(to) - motion.at(from)) / (to - from)).abs() / radius;
+        let longest = if speed > 0.0 { TRAVEL / speed } else { f64::INFINITY };
+        let first = if speed > 0.0 { self.pace.first_travel / speed } else { f64::INFINITY };
+        let mut step = first.min(self.pace.first_time * self.shortest_time).min(to - from);
+        let smallest = 1e-7 * step;
+        let mut marks = vec![self.mark(from)];
+        while let Some(now) = marks.last() && to - now.time > 1e-9 * (to - from) {
+            let time = now.time;
+            step = step.min(longest);
+            let left = to - time;
+            // The last two steps share what is left.
+            step = if step >= left { left } else { step.min(0.5 * left).max(smallest) };
+            match self.attempt(motion, &marks, time + step) {
+                Ok((mark, solved, error)) => {
+                    std::mem::swap(&mut self.before, &mut self.last);
+                    std::mem::swap(&mut self.last, &mut self.spare);
+                    (self.depth, self.force) = (solved.depth, solved.force);
+                    self.x.clone_from(&mark.x);
+                    self.history.push(mark.time, solved.force);
+                    self.greatest = self.greatest.max(solved.force.abs());
+                    marks.push(mark);
+                    if marks.len() > 3 {
+                        marks.remove(0);
+                    }
+                    step *= error.map_or(GROWTH, |e| (0.8 * e.max(1e-9).powf(-1.0 / 3.0)).clamp(0.3, GROWTH));
+                }
+                Err((reason, next)) => {
+                    step *= next;
+                    if step < smallest {
+                        return Err(MakerError::NoConvergence { time_s: time, step_s: step, reason });
+                    }
+                }
+            }
+            if self.history.times().len() > MOST_STEPS {
+                return Err(MakerError::TooManySteps(MOST_STEPS));
+            }
+        }
+        Ok(())
+    }
+
+    fn mark(&self, time: f64) -> Mark {
+        Mark { time, force: self.force, depth: self.depth, surface: self.system.surface(&self.x), x: self.x.clone() }
+    }
+
+    /// Tries a step; its error over the tolerance if it can be told, or how much smaller the next try should be.
+    fn attempt(&mut self, motion: &Motion, marks: &[Mark], time: f64) -> Result<(Mark, Solved, Option<f64>), (Failure, f64)> {
+        let now = &marks[marks.len() - 1];
+        let step = time - now.time;
+        let earlier = marks.len().checked_sub(2).map(|i| &marks[i]);
+        let formula = match earlier {
+            Some(earlier) if !self.pace.first_order => Formula::second_order(step, now.time - earlier.time),
+            _ => Formula::first_order(step),
+        };
+        let mut x = now.x.clone();
+        let mut guess = now.depth;
+        if let Some(earlier) = earlier {
+            let part = step / (now.time - earlier.time);
+            x.iter_mut().zip(&earlier.x).for_each(|(x, e)| *x += part * (*x - e));
+            guess += part * (now.depth - earlier.depth);
+        }
+        let equations =
+            Step { formula, last: &self.last, before: &self.before, stiffening: (self.stiffening)(time) };
+        let solved = self
+            .newton
+            .solve(self.system, self.frame.as_ref(), motion.at(time), guess, &mut x, &equations, &mut self.spare)
+            .map_err(|reason| (reason, 0.4))?;
+        let surface = self.system.surface(&x);
+        let mark = Mark { time, force: solved.force, depth: solved.depth, surface, x };
+        let error = (marks.len() == 3).then(|| {
+            let miss = |value: fn(&Mark) -> f64| {
+                let m: [(f64, f64); 3] = std::array::from_fn(|i| (marks[i].time, value(&marks[i])));
+                value(&mark) - parabola(&m, time)
+            };
+            let force = miss(|m| m.force) / self.greatest.max(solved.force.abs());
+            let surface = miss(|m| m.surface) / (0.5 * self.system.punch_radius);
+            ERROR_SHARE * force.abs().max(surface.abs()) / self.pace.tolerance
+        });
+        match error {
+            Some(e) if e > 2.0 => Err((Failure::TimeError, (0.8 * e.powf(-1.0 / 3.0)).clamp(0.15, 0.7))),
+            _ => Ok((mark, solved, error)),
+        }
+    }
+}
+
+/// Value at a time of the parabola through three points.
+fn parabola(m: &[(f64, f64); 3], time: f64) -> f64 {
+    let first = (m[1].1 - m[0].1) / (m[1].0 - m[0].0);
+    let second = ((m[2].1 - m[1].1) / (m[2].0 - m[1].0) - first) / (m[2].0 - m[0].0);
+    m[0].1 + (time - m[0].0) * (first + second * (time - m[1].0))
+}

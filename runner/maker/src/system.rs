@@ -1,0 +1,479 @@
+//! The equations of one step: weak forms of Eqs. 4 and 5 with their tangent, contact and drainage of the surfaces.
+
+use crate::contact::{Face, Touch};
+use crate::element::{self, GaussPoint, SidePoint};
+use crate::error::Failure;
+use crate::law::{Laws, Past, Point, Response};
+use crate::linear::Pattern;
+use crate::mesh::{Fineness, Mesh, Side};
+use crate::specimen::Specimen;
+use crate::time::Formula;
+
+/// How a surface lets the fluid out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Drainage {
+    /// Pore pressure zero.
+    Free,
+    /// Flux = permeance (m/(Pa s)) times pore pressure; zero is impermeable.
+    Permeance(f64),
+}
+
+/// Drainage of the surfaces; the free top is always drained.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Boundary {
+    /// The bottom.
+    pub bottom: Drainage,
+    /// The lateral surface.
+    pub side: Drainage,
+    /// Permeance of the punch's face (m/(Pa s)).
+    pub face: f64,
+}
+
+/// A triangle with a place for its entries.
+struct Cell {
+    nodes: [usize; 6],
+    points: [GaussPoint; element::POINTS],
+}
+
+/// A side with a place for its entries.
+struct Strip {
+    side: Side,
+    points: [SidePoint; 3],
+    /// Penalty (Pa/m) on the face, permeance (m/(Pa s)) elsewhere.
+    stiffness: f64,
+}
+
+/// Unknowns at one time: displacements of all nodes (m), then pressures of all corners over [`System::pressure_unit`].
+pub type Unknowns = Vec<f64>;
+
+/// What is remembered of one time.
+#[derive(Debug, Clone)]
+pub struct Memory {
+    /// All integration points of the triangles.
+    pub points: Vec<Past>,
+    /// All integration points of the face.
+    pub touches: Vec<Touch>,
+}
+
+/// One step.
+pub struct Step<'a> {
+    /// Formula in time.
+    pub formula: Formula,
+    /// Memory of the beginning.
+    pub last: &'a Memory,
+    /// Memory of one step earlier.
+    pub before: &'a Memory,
+    /// Factor on all moduli and viscosities at its end.
+    pub stiffening: f64,
+}
+
+/// Residual and tangent.
+#[derive(Debug, Default)]
+pub struct Equations {
+    /// Residuals of the free unknowns.
+    pub residual: Vec<f64>,
+    /// Entries of the tangent, if wanted.
+    pub tangent: Vec<f64>,
+    /// Derivative of the residual by the punch's depth, and of the force by the unknowns (N/m).
+    pub by_depth: Vec<f64>,
+    /// Force on the punch (N).
+    pub force: f64,
+    /// Its derivative by the depth at fixed unknowns (N/m).
+    pub force_by_depth: f64,
+}
+
+/// The discretised specimen.
+pub struct System {
+    /// The mesh.
+    pub mesh: Mesh,
+    laws: Laws,
+    face: Face,
+    face_permeance: f64,
+    open_permeance: f64,
+    cells: Vec<Cell>,
+    strips: Vec<Strip>,
+    drains: Vec<Strip>,
+    /// Number of every free unknown in the equations.
+    pub equation: Vec<Option<usize>>,
+    /// Pattern of the tangent.
+    pub pattern: Pattern,
+    places: Vec<Vec<u32>>,
+    free: usize,
+    pressure_unit: f64,
+    /// Radius of the punch (m).
+    pub punch_radius: f64,
+}
+
+/// Penalty times the side's length over the instantaneous shear modulus: as stiff as rounding allows.
+const PENALTY: f64 = 1e3;
+
+impl System {
+    /// Discretises a specimen.
+    ///
+    /// # Errors
+    /// When memory is exhausted.
+    pub fn new(specimen: &Specimen, laws: Laws, face: Face, boundary: &Boundary, fine: &Fineness) -> Result<Self, Failure> {
+        let (mesh, g) = (Mesh::new(&specimen.geometry, fine), &specimen.geometry);
+        let modulus = laws.material.instantaneous_modulus();
+        let nodes = mesh.nodes.len();
+        let tiny = 1e-9 * g.sample_radius;
+        let mut fixed = vec![false; 2 * nodes + mesh.corners];
+        for (i, x) in mesh.nodes.iter().enumerate() {
+            let bottom = x[1] < tiny - g.sample_height;
+            fixed[2 * i] = bottom || x[0] < tiny;
+            fixed[2 * i + 1] = bottom;
+            if i < mesh.corners {
+                let drained = |d: Drainage| d == Drainage::Free;
+                fixed[2 * nodes + i] = (x[1] > -tiny && x[0] > g.punch_radius - tiny)
+                    || (bottom && drained(boundary.bottom))
+                    || (x[0] > g.sample_radius - tiny && drained(boundary.side));
+            }
+        }
+        let mut free = 0;
+        let mut number = |&fixed: &bool| {
+            free += usize::from(!fixed);
+            (!fixed).then_some(free.wrapping_sub(1))
+        };
+        let equation: Vec<Option<usize>> = fixed.iter().map(&mut number).collect();
+        let strip = |s: &Side, stiffness: f64| Strip { side: *s, points: element::side_points(&mesh, s), stiffness };
+        let length = |s: &Side| (mesh.nodes[s[1]][0] - mesh.nodes[s[0]][0]).hypot(mesh.nodes[s[1]][1] - mesh.nodes[s[0]][1]);
+        let strips: Vec<Strip> = mesh.face.iter().map(|s| strip(s, PENALTY * modulus / length(s))).collect();
+        let mut drains = Vec::new();
+        for (sides, drainage) in [(&mesh.bottom, boundary.bottom), (&mesh.lateral, boundary.side)] {
+            if let Drainage::Permeance(permeance) = drainage && permeance > 0.0 {
+                drains.extend(sides.iter().map(|s| strip(s, permeance)));
+            }
+        }
+        let cells: Vec<Cell> =
+            mesh.triangles.iter().map(|t| Cell { nodes: *t, points: element::points(&mesh, t) }).collect();
+        let displacements = |n: &[usize]| n.iter().flat_map(|&n| [equation[2 * n], equation[2 * n + 1]]).collect();
+        let unknowns = |n: &[usize], corners: usize| {
+            let mut all: Vec<Option<usize>> = displacements(n);
+            all.extend(n[..corners].iter().map(|&n| equation[2 * nodes + n]));
+            all
+        };
+        let lists: Vec<Vec<Option<usize>>> = cells
+            .iter()
+            .map(|c| unknowns(&c.nodes, 3))
+            .chain(strips.iter().chain(&drains).map(|s| unknowns(&s.side, 2)))
+            .collect();
+        let (pattern, places) = Pattern::new(free, &lists)?;
+        let mobility = laws.material.permeability / laws.material.fluid_viscosity;
+        Ok(Self {
+            face,
+            face_permeance: boundary.face,
+            // An open point drains as if through a film far thinner than any triangle.
+            open_permeance: 100.0 * mobility / (fine.near * g.punch_radius),
+            pressure_unit: modulus / (0.1 * g.punch_radius),
+            punch_radius: g.punch_radius,
+            laws,
+            cells,
+            strips,
+            drains,
+            equation,
+            pattern,
+            places,
+            free,
+            mesh,
+        })
+    }
+
+    /// The undeformed specimen.
+    pub fn rest(&self) -> (Unknowns, Memory) {
+        let past = Past::new(self.laws.material.branches.len());
+        let points = vec![past; self.cells.len() * element::POINTS];
+        // A test begins when the face touches.
+        let touches = vec![Touch { closed: true, ..Touch::default() }; 3 * self.strips.len()];
+        (vec![0.0; self.equation.len()], Memory { points, touches })
+    }
+
+    /// A force that is small for this specimen: of its equilibrium under a hundredth of the punch's radius (N).
+    pub fn force_unit(&self) -> f64 {
+        0.08 * self.laws.material.equilibrium.shear_modulus() * self.punch_radius * self.punch_radius
+    }
+
+    /// Mean height of the surface under the face (m).
+    pub fn surface(&self, x: &[f64]) -> f64 {
+        let heights = self.strips.iter().flat_map(|s| {
+            s.points.iter().map(|g| (g.weight, (0..3).map(|a| g.shape[a] * x[2 * s.side[a] + 1]).sum::<f64>()))
+        });
+        let (area, volume) = heights.fold((0.0, 0.0), |(a, v), (w, u)| (a + w, v + w * u));
+        volume / area
+    }
+
+    /// Residual, and tangent if `tangent`, of a step at these unknowns and this depth of the punch (m); writes what
+    /// is to be remembered of its end.
+    ///
+    /// # Errors
+    /// When a point has no response.
+    pub fn assemble(
+        &self,
+        x: &[f64],
+        depth: f64,
+        step: &Step<'_>,
+        tangent: bool,
+        now: &mut Memory,
+        eq: &mut Equations,
+    ) -> Result<(), Failure> {
+        eq.residual.clear();
+        eq.residual.resize(self.free, 0.0);
+        eq.by_depth.clear();
+        eq.by_depth.resize(self.free, 0.0);
+        eq.tangent.clear();
+        if tangent {
+            eq.tangent.resize(self.pattern.entries(), 0.0);
+        }
+        (eq.force, eq.force_by_depth) = (0.0, 0.0);
+        for (i, cell) in self.cells.iter().enumerate() {
+            self.add_cell(i, cell, x, step, tangent, &mut now.points, eq)?;
+        }
+        for (i, strip) in self.strips.iter().enumerate() {
+            self.add_face(i, strip, x, depth, step, tangent, &mut now.touches, eq);
+        }
+        for (i, strip) in self.drains.iter().enumerate() {
+            self.add_drain(i, strip, x, step, tangent, eq);
+        }
+        Ok(())
+    }
+
+    #[expect(clippy::too_many_arguments)]
+    fn add_cell(
+        &self,
+        index: usize,
+        cell: &Cell,
+        x: &[f64],
+        step: &Step<'_>,
+        tangent: bool,
+        now: &mut [Past],
+        eq: &mut Equations,
+    ) -> Result<(), Failure> {
+        let nodes = self.mesh.nodes.len();
+        let unit = self.pressure_unit;
+        let mut residual = [0.0; 15];
+        let mut matrix = [[0.0; 15]; 15];
+        for (k, g) in cell.points.iter().enumerate() {
+            let mut f = [1.0, 0.0, 0.0, 1.0, 1.0];
+            for a in 0..6 {
+                let (ur, uz) = (x[2 * cell.nodes[a]], x[2 * cell.nodes[a] + 1]);
+                f[0] += ur * g.gradient[a][0];
+                f[1] += ur * g.gradient[a][1];
+                f[2] += uz * g.gradient[a][0];
+                f[3] += uz * g.gradient[a][1];
+                f[4] += ur * g.shape[a] / g.radius;
+            }
+            let at = index * element::POINTS + k;
+            let point = Point { last: &step.last.points[at], before: &step.before.points[at] };
+            let r = self.laws.respond(&f, point, &step.formula, step.stiffening, &mut now[at])?;
+            let p: [f64; 3] = std::array::from_fn(|q| unit * x[2 * nodes + cell.nodes[q]]);
+            let local = Local::new(g, &f, &r, &p);
+            local.add_residual(g, &r, step.formula.gamma, unit, &mut residual);
+            if tangent {
+                local.add_tangent(g, &r, step.formula.gamma, unit, &mut matrix);
+            }
+        }
+        let unknowns = cell.nodes.iter().flat_map(|&n| [2 * n, 2 * n + 1]).chain((0..3).map(|q| 2 * nodes + cell.nodes[q]));
+        for (value, unknown) in residual.iter().zip(unknowns) {
+            if let Some(e) = self.equation[unknown] {
+                eq.residual[e] += value;
+            }
+        }
+        if tangent {
+            for (value, &place) in matrix.iter().flatten().zip(&self.places[index]) {
+                if place != u32::MAX {
+                    eq.tangent[place as usize] += value;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    #[expect(clippy::too_many_arguments)]
+    fn add_face(
+        &self,
+        index: usize,
+        strip: &Strip,
+        x: &[f64],
+        depth: f64,
+        step: &Step<'_>,
+        tangent: bool,
+        now: &mut [Touch],
+        eq: &mut Equations,
+    ) {
+        let nodes = self.mesh.nodes.len();
+        let places = &self.places[self.cells.len() + index];
+        for (k, g) in strip.points.iter().enumerate() {
+            let at = |d: usize| (0..3).map(|a| g.shape[a] * x[2 * strip.side[a] + d]).sum::<f64>();
+            let last = &step.last.touches[3 * index + k];
+            let (t, touch) = self.face.respond(strip.stiffness, last, at(1) + depth, at(0), step.formula.step);
+            now[3 * index + k] = touch;
+            eq.force += t.normal * g.weight;
+            eq.force_by_depth += t.normal_slope * g.weight;
+            for a in 0..3 {
+                let w = g.shape[a] * g.weight;
+                if let Some(e) = self.equation[2 * strip.side[a]] {
+                    eq.residual[e] += t.radial * w;
+                    eq.by_depth[e] += t.radial_by_normal * w;
+                }
+                if let Some(e) = self.equation[2 * strip.side[a] + 1] {
+                    eq.residual[e] += t.normal * w;
+                    eq.by_depth[e] += t.normal_slope * w;
+                }
+                for b in (0..3).filter(|_| tangent) {
+                    let w = w * g.shape[b];
+                    let mut add = |row: usize, column: usize, value: f64| add_at(eq, places[8 * row + column], value);
+                    add(2 * a, 2 * b, t.radial_slope * w);
+                    add(2 * a, 2 * b + 1, t.radial_by_normal * w);
+                    add(2 * a + 1, 2 * b + 1, t.normal_slope * w);
+                }
+            }
+            let permeance = if last.closed { self.face_permeance } else { self.open_permeance };
+            if permeance > 0.0 {
+                self.add_flux(strip, g, permeance * step.formula.gamma, x, places, tangent, nodes, eq);
+            }
+        }
+    }
+
+    fn add_drain(&self, index: usize, strip: &Strip, x: &[f64], step: &Step<'_>, tangent: bool, eq: &mut Equations) {
+        let places = &self.places[self.cells.len() + self.strips.len() + index];
+        for g in &strip.points {
+            let outflow = strip.stiffness * step.formula.gamma;
+            self.add_flux(strip, g, outflow, x, places, tangent, self.mesh.nodes.len(), eq);
+        }
+    }
+
+    /// Outflow in proportion to the pore pressure, with the sign of the mass balance's residual.
+    #[expect(clippy::too_many_arguments)]
+    fn add_flux(
+        &self,
+        strip: &Strip,
+        g: &SidePoint,
+        outflow: f64,
+        x: &[f64],
+        places: &[u32],
+        tangent: bool,
+        nodes: usize,
+        eq: &mut Equations,
+    ) {
+        let unit = self.pressure_unit;
+        let pressure: f64 = (0..2).map(|q| g.linear[q] * x[2 * nodes + strip.side[q]]).sum();
+        for q in 0..2 {
+            let w = -unit * unit * outflow * g.weight * g.linear[q];
+            if let Some(e) = self.equation[2 * nodes + strip.side[q]] {
+                eq.residual[e] += w * pressure;
+            }
+            for s in (0..2).filter(|_| tangent) {
+                add_at(eq, places[8 * (6 + q) + 6 + s], w * g.linear[s]);
+            }
+        }
+    }
+}
+
+fn add_at(eq: &mut Equations, place: u32, value: f64) {
+    if place != u32::MAX {
+        eq.tangent[place as usize] += value;
+    }
+}
+
+/// Quantities of an integration point in the current configuration.
+struct Local {
+    /// Gradients of the quadratic functions, and the function over the radius (1/m).
+    gradient: [[f64; 3]; 6],
+    linear_gradient: [[f64; 2]; 3],
+    /// Kirchhoff stress with the pore pressure (Pa): rr, zz, rz, hoop.
+    tau: [f64; 4],
+    pore: f64,
+    /// Gradient of the pore pressure (Pa/m).
+    slope: [f64; 2],
+}
+
+impl Local {
+    fn new(g: &GaussPoint, f: &[f64; 5], r: &Response, p: &[f64; 3]) -> Self {
+        let i = &r.inverse;
+        let push = |v: &[f64; 2]| [i[0] * v[0] + i[2] * v[1], i[1] * v[0] + i[3] * v[1]];
+        let radius = g.radius * f[4];
+        let gradient = std::array::from_fn(|a| {
+            let v = push(&g.gradient[a]);
+            [v[0], v[1], g.shape[a] / radius]
+        });
+        let linear_gradient: [[f64; 2]; 3] = std::array::from_fn(|q| push(&g.linear_gradient[q]));
+        let pressure: f64 = (0..3).map(|q| g.linear[q] * p[q]).sum();
+        let pore = pressure * r.volume;
+        let slope = [0, 1].map(|k| (0..3).map(|q| linear_gradient[q][k] * p[q]).sum());
+        let tau = [r.tau[0] - pore, r.tau[1] - pore, r.tau[2], r.tau[3] - pore];
+        Self { gradient, linear_gradient, tau, pore, slope }
+    }
+
+    fn add_residual(&self, g: &GaussPoint, r: &Response, gamma: f64, unit: f64, residual: &mut [f64; 15]) {
+        let (w, t) = (g.weight, &self.tau);
+        for (a, d) in self.gradient.iter().enumerate() {
+            residual[2 * a] += w * (t[0] * d[0] + t[2] * d[1] + t[3] * d[2]);
+            residual[2 * a + 1] += w * (t[2] * d[0] + t[1] * d[1]);
+        }
+        let flow = gamma * r.volume * r.mobility.0;
+        for q in 0..3 {
+            let d = &self.linear_gradient[q];
+            let seepage = flow * (d[0] * self.slope[0] + d[1] * self.slope[1]);
+            residual[12 + q] -= w * unit * (g.linear[q] * (r.volume - r.volume_start) + seepage);
+        }
+    }
+
+    /// `D = d(tau F^-T) F^T` by `l` in `[rr, rz, zr, zz, hoop]`.
+    fn moduli(&self, r: &Response) -> [[f64; 5]; 5] {
+        let (t, c) = (&self.tau, &r.tangent);
+        let mut d = [c[0], c[2], c[2], c[1], c[3]];
+        for i in [0, 3, 4] {
+            for k in [0, 3, 4] {
+                d[i][k] -= self.pore;
+            }
+        }
+        d[0][0] -= t[0];
+        d[0][1] -= t[2];
+        d[1][2] -= t[0];
+        d[1][3] -= t[2];
+        d[2][0] -= t[2];
+        d[2][1] -= t[1];
+        d[3][2] -= t[2];
+        d[3][3] -= t[1];
+        d[4][4] -= t[3];
+        d
+    }
+
+    fn add_tangent(&self, g: &GaussPoint, r: &Response, gamma: f64, unit: f64, matrix: &mut [[f64; 15]; 15]) {
+        let w = g.weight;
+        let d = self.moduli(r);
+        let (mobility, by_volume) = r.mobility;
+        let flow = gamma * r.volume * mobility;
+        let flow_by_volume = gamma * r.volume * (mobility + r.volume * by_volume);
+        let along = self.linear_gradient.map(|q| q[0] * self.slope[0] + q[1] * self.slope[1]);
+        for (b, gb) in self.gradient.iter().enumerate() {
+            for i in 0..2 {
+                let column = 2 * b + i;
+                // Displacement `i` of node `b` as a velocity gradient, times the moduli.
+                let s: [f64; 5] = std::array::from_fn(|k| match i {
+                    0 => d[k][0] * gb[0] + d[k][1] * gb[1] + d[k][4] * gb[2],
+                    _ => d[k][2] * gb[0] + d[k][3] * gb[1],
+                });
+                for (a, ga) in self.gradient.iter().enumerate() {
+                    matrix[2 * a][column] += w * (s[0] * ga[0] + s[1] * ga[1] + s[4] * ga[2]);
+                    matrix[2 * a + 1][column] += w * (s[2] * ga[0] + s[3] * ga[1]);
+                }
+                let dilation = if i == 0 { gb[0] + gb[2] } else { gb[1] };
+                for q in 0..3 {
+                    let volume = g.linear[q] * r.volume * dilation;
+                    let d = &self.linear_gradient[q];
+                    let turned = (gb[0] * d[0] + gb[1] * d[1]) * self.slope[i]
+                        + (gb[0] * self.slope[0] + gb[1] * self.slope[1]) * d[i];
+                    let seepage = flow_by_volume * dilation * along[q] - flow * turned;
+                    matrix[12 + q][column] -= w * unit * (volume + seepage);
+                    matrix[column][12 + q] -= w * unit * volume;
+                }
+            }
+        }
+        for q in 0..3 {
+            for s in 0..3 {
+                let (dq, ds) = (&self.linear_gradient[q], &self.linear_gradient[s]);
+                matrix[12 + q][12 + s] -= w * unit * unit * flow * (dq[0] * ds[0] + dq[1] * ds[1]);
+            }
+        }
+    }
+}
