@@ -5,7 +5,7 @@
 /// Resistance to sliding along the face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Friction {
-    /// Coulomb's coefficient [-]; infinity sticks.
+    /// Coulomb's coefficient [-]; a large one sticks.
     Coulomb(f64),
     /// A viscous film: shear traction over sliding velocity (Pa s/m).
     Film(f64),
@@ -27,6 +27,8 @@ pub struct Face {
     pub friction: Friction,
     /// Across the face.
     pub cohesion: Option<Cohesion>,
+    /// Viscous film of sliding points (Pa s/m): small, so that small steps know no jump between stick and slip.
+    pub slip_film: f64,
 }
 
 /// What a point of the surface remembers.
@@ -42,6 +44,8 @@ pub struct Touch {
     pub gap: f64,
     /// Radial displacement (m).
     pub radial: f64,
+    /// Pressure of the face (Pa).
+    pub pressure: f64,
 }
 
 /// Tractions (Pa) and their slopes (Pa/m).
@@ -55,9 +59,10 @@ pub struct Traction {
     pub radial: f64,
     /// Its derivative by the radial displacement.
     pub radial_slope: f64,
-    /// Its derivative by the penetration.
-    pub radial_by_normal: f64,
 }
+
+/// Stiffness of stick over the normal penalty: a stiffer one makes Newton's method jump between stick and slip.
+const STICK: f64 = 0.03;
 
 /// Lag of the cohesive traction behind a changing gap (s): bonds that break all at once would have no equilibrium.
 const COHESION_LAG_S: f64 = 0.01;
@@ -84,31 +89,37 @@ impl Face {
             None if now.closed => (t.normal, t.normal_slope) = (penalty * penetration, penalty),
             None => {}
         }
+        now.pressure = t.normal.max(0.0);
         if hold.is_none() {
             now.bonded = now.closed;
         }
-        if !now.closed {
-            now.anchor = radial;
+        now.anchor = radial;
+        if !last.closed {
             return (t, now);
         }
-        // A point that comes down sticks where it was when the step began.
-        let anchor = if last.closed { last.anchor } else { last.radial };
+        // Friction is that of the beginning of the step: the tangent stays symmetric, and a point that flickers between
+        // open and closed has no shear to let go.
         match self.friction {
             Friction::Film(resistance) => {
                 (t.radial, t.radial_slope) = (resistance / step * (radial - last.radial), resistance / step);
             }
             Friction::Coulomb(coefficient) => {
-                let stick = penalty * (radial - anchor);
-                let limit = coefficient * t.normal;
-                (t.radial, now.anchor) = match stick.abs() <= limit {
-                    true => (stick, anchor),
-                    false => (limit.copysign(stick), radial - limit.copysign(stick) / penalty),
-                };
-                match stick.abs() <= limit {
-                    true => t.radial_slope = penalty,
-                    false => t.radial_by_normal = (coefficient * t.normal_slope).copysign(stick),
+                let stiffness = STICK * penalty;
+                let (stick, limit) = (stiffness * (radial - last.anchor), coefficient * last.pressure);
+                let beyond = stick.abs() - limit;
+                if beyond <= 0.0 {
+                    (t.radial, t.radial_slope, now.anchor) = (stick, stiffness, last.anchor);
+                } else {
+                    let film = self.slip_film / step;
+                    let share = film / (stiffness + film);
+                    t.radial = (limit + share * beyond).copysign(stick);
+                    t.radial_slope = share * stiffness;
+                    now.anchor = radial - t.radial / stiffness;
                 }
             }
+        }
+        if !now.closed {
+            now.anchor = radial;
         }
         (t, now)
     }
@@ -121,23 +132,22 @@ mod tests {
     #[test]
     fn slopes_are_derivatives() {
         let cohesion = Some(Cohesion { strength: 100.0, opening: 1e-4 });
-        let last = Touch { closed: true, bonded: true, anchor: 1e-6, gap: 1e-5, radial: 2e-6 };
-        for friction in [Friction::Coulomb(0.2), Friction::Coulomb(f64::INFINITY), Friction::Film(1e7)] {
-            let face = Face { friction, cohesion };
+        let last = Touch { closed: true, bonded: true, anchor: 1e-6, gap: 1e-5, radial: 2e-6, pressure: 300.0 };
+        for friction in [Friction::Coulomb(0.2), Friction::Coulomb(1e9), Friction::Film(1e7)] {
+            let face = Face { friction, cohesion, slip_film: 1e5 };
             for (penetration, radial) in [(1e-5, 1.5e-6), (1e-6, 9e-6), (-5e-5, 0.0), (-2e-4, 0.0)] {
                 let at = |dp: f64, dr: f64| face.respond(1e8, &last, penetration + dp, radial + dr, 0.01).0;
                 let (t, h) = (at(0.0, 0.0), 1e-10);
                 let by = |f: fn(&Traction) -> f64, dp, dr| (f(&at(dp, dr)) - f(&at(-dp, -dr))) / (2.0 * h);
                 assert!((by(|t| t.normal, h, 0.0) - t.normal_slope).abs() < 1e-4 * 1e8);
                 assert!((by(|t| t.radial, 0.0, h) - t.radial_slope).abs() < 1e-4 * 1e8);
-                assert!((by(|t| t.radial, h, 0.0) - t.radial_by_normal).abs() < 1e-4 * 1e8);
             }
         }
     }
 
     #[test]
     fn a_sliding_point_sticks_where_it_stopped() {
-        let face = Face { friction: Friction::Coulomb(0.5), cohesion: None };
+        let face = Face { friction: Friction::Coulomb(0.5), cohesion: None, slip_film: 0.0 };
         let touch = face.respond(1e8, &Touch::default(), 1e-6, 0.0, 1.0).1;
         let (t, touch) = face.respond(1e8, &touch, 1e-6, 3e-6, 1.0);
         assert!((t.radial - 50.0).abs() < 1e-9);

@@ -104,7 +104,7 @@ impl<'a> Drive<'a> {
             self.history.kink();
         }
         if std::env::var_os("MAKER_STEPS").is_some() {
-            eprintln!("{} steps, {} corrections, {} factorisations", self.history.times().len(), self.newton.corrections, self.newton.factorisations);
+            eprintln!("{} steps, {} corrections, {} factorisations, {:?}", self.history.times().len(), self.newton.corrections, self.newton.factorisations, (self.newton.t_assemble, self.newton.t_factor));
         }
         Ok(self.history)
     }
@@ -167,11 +167,13 @@ impl<'a> Drive<'a> {
         };
         let mut x = now.x.clone();
         let mut guess = now.depth;
-        if let Some(earlier) = earlier {
-            let part = step / (now.time - earlier.time);
-            x.iter_mut().zip(&earlier.x).for_each(|(x, e)| *x += part * (*x - e));
-            guess += part * (now.depth - earlier.depth);
+        let weights = extrapolation(marks, time);
+        if marks.len() > 1 {
+            x.iter_mut().enumerate().for_each(|(i, x)| *x = marks.iter().zip(&weights).map(|(m, w)| w * m.x[i]).sum());
+            guess = marks.iter().zip(&weights).map(|(m, w)| w * m.depth).sum();
         }
+        self.newton.trace = std::env::var_os("MAKER_TRACE").is_some();
+        if self.newton.trace { eprintln!("t {time:.6} step {step:.3e}"); }
         let equations =
             Step { formula, last: &self.last, before: &self.before, stiffening: (self.stiffening)(time) };
         let solved = self
@@ -181,10 +183,8 @@ impl<'a> Drive<'a> {
         let surface = self.system.surface(&x);
         let mark = Mark { time, force: solved.force, depth: solved.depth, surface, x };
         let error = (marks.len() == 3).then(|| {
-            let miss = |value: fn(&Mark) -> f64| {
-                let m: [(f64, f64); 3] = std::array::from_fn(|i| (marks[i].time, value(&marks[i])));
-                value(&mark) - parabola(&m, time)
-            };
+            let guess = |value: fn(&Mark) -> f64| marks.iter().zip(&weights).map(|(m, w)| w * value(m)).sum::<f64>();
+            let miss = |value: fn(&Mark) -> f64| value(&mark) - guess(value);
             let force = miss(|m| m.force) / self.greatest.max(solved.force.abs());
             let surface = miss(|m| m.surface) / (0.5 * self.system.punch_radius);
             ERROR_SHARE * force.abs().max(surface.abs()) / self.pace.tolerance
@@ -196,9 +196,13 @@ impl<'a> Drive<'a> {
     }
 }
 
-/// Value at a time of the parabola through three points.
-fn parabola(m: &[(f64, f64); 3], time: f64) -> f64 {
-    let first = (m[1].1 - m[0].1) / (m[1].0 - m[0].0);
-    let second = ((m[2].1 - m[1].1) / (m[2].0 - m[1].0) - first) / (m[2].0 - m[0].0);
-    m[0].1 + (time - m[0].0) * (first + second * (time - m[1].0))
+/// Lagrange's weights of the marks for a time.
+fn extrapolation(marks: &[Mark], time: f64) -> [f64; 3] {
+    let mut weights = [1.0; 3];
+    for (i, a) in marks.iter().enumerate() {
+        for b in marks.iter().filter(|b| b.time != a.time) {
+            weights[i] *= (time - b.time) / (a.time - b.time);
+        }
+    }
+    weights
 }

@@ -32,7 +32,7 @@ use system::{Boundary, Drainage, System};
 pub fn simulate(specimen: &Specimen, motion: &Motion, friction: f64, fine: Fineness, tol: f64) -> Result<History, MakerError> {
     specimen.check()?;
     let laws = Laws { material: specimen.material.clone(), volumetric: Volumetric::Compaction, seepage: Seepage::Linear, thinning: None, softening: None };
-    let face = Face { friction: Friction::Coulomb(friction), cohesion: None };
+    let face = Face { friction: Friction::Coulomb(friction), cohesion: None, slip_film: std::env::var("FILM").map_or(0.2, |f| f.parse().unwrap()) * specimen.material.instantaneous_modulus() / specimen.geometry.punch_radius };
     let boundary = Boundary { bottom: Drainage::Free, side: Drainage::Free, face: 0.0 };
     let shortest = specimen.material.branches.iter().map(Branch::relaxation_time).fold(f64::INFINITY, f64::min);
     let system = System::new(specimen, laws, face, &boundary, &fine).map_err(|_| MakerError::Invalid("memory"))?;

@@ -24,8 +24,10 @@ impl Frame {
 const SMALL: f64 = 1e-6;
 /// Most corrections.
 const MOST: usize = 25;
-/// Contraction of the corrections below which the old factors are good enough for the next one.
-const CONTRACTION: f64 = 0.05;
+/// A correction by new factors below this part of the radius: they are good enough for the next one.
+const NEAR: f64 = 1e-3;
+/// Contraction of the corrections with old factors below which these are kept.
+const CONTRACTION: f64 = 0.1;
 
 /// Solver of steps, with its working memory.
 #[derive(Default)]
@@ -37,6 +39,9 @@ pub struct Newton {
     pub corrections: usize,
     /// Factorisations so far.
     pub factorisations: usize,
+    pub t_assemble: f64,
+    pub t_factor: f64,
+    pub trace: bool,
 }
 
 /// End of a step.
@@ -67,26 +72,30 @@ impl Newton {
         let displacements = 2 * system.mesh.nodes.len();
         let radius = system.punch_radius;
         let mut depth = if frame.is_some() { guess } else { target };
-        let mut factors: Option<Factors> = None;
-        let (mut size, mut done) = (f64::INFINITY, false);
+        let mut factors: Option<Factors<'_>> = None;
+        let (mut size, mut done, mut circling) = (f64::INFINITY, false, 0);
         for _ in 0..MOST {
             let fresh = !done && factors.is_none();
+            let clock = std::time::Instant::now();
             system.assemble(x, depth, step, fresh, now, &mut self.equations)?;
+            self.t_assemble += clock.elapsed().as_secs_f64();
             if done {
                 return Ok(Solved { force: self.equations.force, depth });
             }
             if fresh {
+                let clock = std::time::Instant::now();
                 factors = Some(system.pattern.factorise(&self.equations.tangent)?);
+                self.t_factor += clock.elapsed().as_secs_f64();
                 self.factorisations += 1;
             }
             let Some(lu) = &factors else { return Err(Failure::Singular) };
             self.corrections += 1;
             self.right.clone_from(&self.equations.residual);
-            lu.solve(&mut self.right);
+            lu.solve(&mut self.right)?;
             let mut moved = 0.0;
             if let Some(frame) = frame {
                 self.column.clone_from(&self.equations.by_depth);
-                lu.solve(&mut self.column);
+                lu.solve(&mut self.column)?;
                 let (shortening, slope) = frame.shortening(self.equations.force);
                 let by = |v: &[f64]| self.equations.by_depth.iter().zip(v).map(|(a, b)| a * b).sum::<f64>();
                 let miss = depth + shortening - target - slope * by(&self.right);
@@ -95,11 +104,13 @@ impl Newton {
                     *r += moved * c;
                 }
             }
-            depth += moved;
+            // Points that change between stick and slip, or open and closed, in turn: half the way settles them.
+            let part = if circling > 1 { 0.5 } else { 1.0 };
+            depth += part * moved;
             let mut next = moved.abs() / radius;
             for (i, equation) in system.equation.iter().enumerate() {
                 if let Some(e) = equation {
-                    x[i] -= self.right[*e];
+                    x[i] -= part * self.right[*e];
                     if i < displacements {
                         next = next.max(self.right[*e].abs() / radius);
                     }
@@ -108,8 +119,11 @@ impl Newton {
             if !next.is_finite() || next > 1.0 {
                 return Err(Failure::Newton);
             }
-            done = next < SMALL && (fresh || next < CONTRACTION * SMALL / CONTRACTION.sqrt());
-            if next > CONTRACTION * size || !size.is_finite() {
+            if self.trace { eprintln!("   {next:.2e} {fresh} F {:.6e}", self.equations.force); }
+            circling = if fresh && next > 0.5 * size { circling + 1 } else { 0 };
+            done = next < SMALL && part == 1.0;
+            // Old factors serve the small corrections, as long as these shrink fast.
+            if next > if fresh { NEAR } else { CONTRACTION * size } {
                 factors = None;
             }
             size = next;

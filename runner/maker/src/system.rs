@@ -312,7 +312,6 @@ impl System {
                 let w = g.shape[a] * g.weight;
                 if let Some(e) = self.equation[2 * strip.side[a]] {
                     eq.residual[e] += t.radial * w;
-                    eq.by_depth[e] += t.radial_by_normal * w;
                 }
                 if let Some(e) = self.equation[2 * strip.side[a] + 1] {
                     eq.residual[e] += t.normal * w;
@@ -322,7 +321,6 @@ impl System {
                     let w = w * g.shape[b];
                     let mut add = |row: usize, column: usize, value: f64| add_at(eq, places[8 * row + column], value);
                     add(2 * a, 2 * b, t.radial_slope * w);
-                    add(2 * a, 2 * b + 1, t.radial_by_normal * w);
                     add(2 * a + 1, 2 * b + 1, t.normal_slope * w);
                 }
             }
@@ -409,7 +407,7 @@ impl Local {
             residual[2 * a] += w * (t[0] * d[0] + t[2] * d[1] + t[3] * d[2]);
             residual[2 * a + 1] += w * (t[2] * d[0] + t[1] * d[1]);
         }
-        let flow = gamma * r.volume * r.mobility.0;
+        let flow = gamma * r.volume * r.mobility;
         for q in 0..3 {
             let d = &self.linear_gradient[q];
             let seepage = flow * (d[0] * self.slope[0] + d[1] * self.slope[1]);
@@ -441,10 +439,8 @@ impl Local {
     fn add_tangent(&self, g: &GaussPoint, r: &Response, gamma: f64, unit: f64, matrix: &mut [[f64; 15]; 15]) {
         let w = g.weight;
         let d = self.moduli(r);
-        let (mobility, by_volume) = r.mobility;
-        let flow = gamma * r.volume * mobility;
-        let flow_by_volume = gamma * r.volume * (mobility + r.volume * by_volume);
-        let along = self.linear_gradient.map(|q| q[0] * self.slope[0] + q[1] * self.slope[1]);
+        // How the seepage's paths change with the displacement is left out: small, and the only part without symmetry.
+        let flow = gamma * r.volume * r.mobility;
         for (b, gb) in self.gradient.iter().enumerate() {
             for i in 0..2 {
                 let column = 2 * b + i;
@@ -459,13 +455,9 @@ impl Local {
                 }
                 let dilation = if i == 0 { gb[0] + gb[2] } else { gb[1] };
                 for q in 0..3 {
-                    let volume = g.linear[q] * r.volume * dilation;
-                    let d = &self.linear_gradient[q];
-                    let turned = (gb[0] * d[0] + gb[1] * d[1]) * self.slope[i]
-                        + (gb[0] * self.slope[0] + gb[1] * self.slope[1]) * d[i];
-                    let seepage = flow_by_volume * dilation * along[q] - flow * turned;
-                    matrix[12 + q][column] -= w * unit * (volume + seepage);
-                    matrix[column][12 + q] -= w * unit * volume;
+                    let volume = w * unit * g.linear[q] * r.volume * dilation;
+                    matrix[12 + q][column] -= volume;
+                    matrix[column][12 + q] -= volume;
                 }
             }
         }

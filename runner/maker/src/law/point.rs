@@ -72,8 +72,8 @@ pub struct Response {
     pub tau: Symmetric,
     /// Its derivative by `l = dF F^-1` (Pa).
     pub tangent: [[f64; 5]; 4],
-    /// Mobility K/mu (m^2/(Pa s)) and its derivative by J.
-    pub mobility: (f64, f64),
+    /// Mobility K/mu (m^2/(Pa s)).
+    pub mobility: f64,
 }
 
 impl Laws {
@@ -136,15 +136,14 @@ impl Laws {
                 tangent[k][q] += slope * volume;
             }
         }
-        let (factor, slope) = self.seepage.factor(m.solid_fraction, volume);
-        let mobility = m.permeability / m.fluid_viscosity;
+        let mobility = m.permeability / m.fluid_viscosity * self.seepage.factor(m.solid_fraction, volume);
         Ok(Response {
             inverse,
             volume,
             volume_start: formula.start(&[point.last.volume], &[point.before.volume])[0],
             tau,
             tangent,
-            mobility: (mobility * factor, mobility * slope),
+            mobility,
         })
     }
 }
