@@ -51,6 +51,8 @@ pub struct Touch {
 /// Tractions (Pa) and their slopes (Pa/m).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Traction {
+    /// Which branch of the law it is on: the slopes jump from one to the next.
+    pub branch: u8,
     /// Pressure on the surface.
     pub normal: f64,
     /// Its derivative by the penetration.
@@ -82,11 +84,12 @@ impl Face {
                 if moved > 0.0 {
                     t.normal = -traction * moved;
                     t.normal_slope = traction * (rate - moved / c.opening);
+                    t.branch = 1;
                 }
                 now.bonded = gap < 6.0 * c.opening;
             }
-            Some(_) => (t.normal, t.normal_slope, now.bonded) = (penalty * penetration, penalty, true),
-            None if now.closed => (t.normal, t.normal_slope) = (penalty * penetration, penalty),
+            Some(_) => (t.normal, t.normal_slope, t.branch, now.bonded) = (penalty * penetration, penalty, 2, true),
+            None if now.closed => (t.normal, t.normal_slope, t.branch) = (penalty * penetration, penalty, 2),
             None => {}
         }
         now.pressure = t.normal.max(0.0);
@@ -110,6 +113,7 @@ impl Face {
                 if beyond <= 0.0 {
                     (t.radial, t.radial_slope, now.anchor) = (stick, stiffness, last.anchor);
                 } else {
+                    t.branch += if stick > 0.0 { 4 } else { 8 };
                     let film = self.slip_film / step;
                     let share = film / (stiffness + film);
                     t.radial = (limit + share * beyond).copysign(stick);

@@ -72,9 +72,15 @@ impl Newton {
         let displacements = 2 * system.mesh.nodes.len();
         let radius = system.punch_radius;
         let mut depth = if frame.is_some() { guess } else { target };
+        let mut factored = Vec::new();
         let mut factors: Option<Factors<'_>> = None;
         let (mut size, mut done, mut circling) = (f64::INFINITY, false, 0);
         for _ in 0..MOST {
+            let branches = system.branches(x, depth, step);
+            done &= branches == factored;
+            if branches != factored {
+                factors = None;
+            }
             let fresh = !done && factors.is_none();
             let clock = std::time::Instant::now();
             system.assemble(x, depth, step, fresh, now, &mut self.equations)?;
@@ -85,6 +91,7 @@ impl Newton {
             if fresh {
                 let clock = std::time::Instant::now();
                 factors = Some(system.pattern.factorise(&self.equations.tangent)?);
+                factored = branches;
                 self.t_factor += clock.elapsed().as_secs_f64();
                 self.factorisations += 1;
             }
@@ -119,11 +126,11 @@ impl Newton {
             if !next.is_finite() || next > 1.0 {
                 return Err(Failure::Newton);
             }
-            if self.trace { eprintln!("   {next:.2e} {fresh} F {:.6e}", self.equations.force); }
-            circling = if fresh && next > 0.5 * size { circling + 1 } else { 0 };
+            if self.trace { eprintln!("   {next:.2e} {fresh} {part} F {:.6e}", self.equations.force); }
+            circling = if next > 0.5 * size { circling + 1 } else { 0 };
             done = next < SMALL && part == 1.0;
             // Old factors serve the small corrections, as long as these shrink fast.
-            if next > if fresh { NEAR } else { CONTRACTION * size } {
+            if circling > 0 || next > if fresh { NEAR } else { CONTRACTION * size } {
                 factors = None;
             }
             size = next;

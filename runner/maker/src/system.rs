@@ -236,6 +236,17 @@ impl System {
         Ok(())
     }
 
+    /// The branches of the contact law on which the points of the face are.
+    pub fn branches(&self, x: &[f64], depth: f64, step: &Step<'_>) -> Vec<u8> {
+        let point = |(i, g): (usize, (&Strip, &SidePoint))| {
+            let (strip, g) = g;
+            let at = |d: usize| (0..3).map(|a| g.shape[a] * x[2 * strip.side[a] + d]).sum::<f64>();
+            let last = &step.last.touches[i];
+            self.face.respond(strip.stiffness, last, at(1) + depth, at(0), step.formula.step).0.branch
+        };
+        self.strips.iter().flat_map(|s| s.points.iter().map(move |g| (s, g))).enumerate().map(point).collect()
+    }
+
     #[expect(clippy::too_many_arguments)]
     fn add_cell(
         &self,
