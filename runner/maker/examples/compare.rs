@@ -1,5 +1,5 @@
 //! Compares Table 1 with a curve of `runner simulate --points N [--cycles N]` or of `tests/reference`:
-//! `compare CURVE.csv P1|P2 [friction] [tolerance] [edge growth near]`.
+//! `compare CURVE.csv P1|P2 [tolerance] [edge growth near]`.
 use poropunch_maker::*;
 
 fn main() {
@@ -27,9 +27,9 @@ fn main() {
     }
     points.retain(|p| p.0 <= end + 1e-3);
     let motion = Motion::new(points).expect("a motion");
-    let fine = Fineness { edge: num(5, 0.004), growth: num(6, 0.5), near: num(7, 0.2) };
+    let fine = Fineness { edge: num(4, 0.004), growth: num(5, 0.5), near: num(6, 0.2) };
     let start = std::time::Instant::now();
-    let h = simulate(&Specimen::table1(), &motion, num(3, 1.0), fine, num(4, 5e-4)).expect("a solution");
+    let h = simulate_plain(&Specimen::table1(), &motion, fine, num(3, 5e-4)).expect("a solution");
     eprintln!("{:.1} s", start.elapsed().as_secs_f64());
     let peak = rows.iter().map(|r| r[2]).fold(0.0, f64::max);
     let mut phase = 0;

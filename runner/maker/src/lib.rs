@@ -1,7 +1,11 @@
-//! An independent solver of the indentation test, for cases that test poropunch's diagnosis.
+//! An independent solver of the indentation test: it makes the cases on which poropunch's diagnosis is tested.
+//!
+//! It shares with poropunch nothing but the plain model's laws (Eqs. 2-14): six-node triangles, BDF2, contact by
+//! penalty with Coulomb friction, flow in the viscous metric, and every effect in a form of its own. SI units.
 
 mod contact;
 mod drive;
+mod effect;
 mod element;
 mod error;
 mod history;
@@ -9,33 +13,49 @@ mod law;
 mod linear;
 mod mesh;
 mod motion;
+mod reading;
+mod setup;
 mod specimen;
 mod step;
 mod system;
 mod time;
 
+pub use effect::Effect;
 pub use error::{Failure, MakerError};
 pub use history::History;
 pub use mesh::Fineness;
 pub use motion::Motion;
 pub use specimen::{Branch, Geometry, Material, Ogden, Specimen};
 
-use contact::{Face, Friction};
-use drive::{Drive, Pace};
-use law::{Laws, Seepage, Volumetric};
-use system::{Boundary, Drainage, System};
+use setup::Setup;
 
-/// Simulates a test.
+/// What the load cell reads (N), without noise, at times (s) that do not fall, of a recorded motion.
 ///
 /// # Errors
 /// When the specimen makes no sense or a step cannot be solved.
-pub fn simulate(specimen: &Specimen, motion: &Motion, friction: f64, fine: Fineness, tol: f64) -> Result<History, MakerError> {
-    specimen.check()?;
-    let laws = Laws { material: specimen.material.clone(), volumetric: Volumetric::Compaction, seepage: Seepage::Linear, thinning: None, softening: None };
-    let face = Face { friction: Friction::Coulomb(friction), cohesion: None, slip_film: std::env::var("FILM").map_or(0.2, |f| f.parse().unwrap()) * specimen.material.instantaneous_modulus() / specimen.geometry.punch_radius };
-    let boundary = Boundary { bottom: Drainage::Free, side: Drainage::Free, face: 0.0 };
-    let shortest = specimen.material.branches.iter().map(Branch::relaxation_time).fold(f64::INFINITY, f64::min);
-    let system = System::new(specimen, laws, face, &boundary, &fine).map_err(|_| MakerError::Invalid("memory"))?;
-    eprintln!("{} triangles {} unknowns", system.mesh.triangles.len(), system.equation.len());
-    Drive::new(&system, None, Pace { tolerance: tol, ..Pace::default() }, shortest, &|_| 1.0).run(motion)
+pub fn simulate(
+    specimen: &Specimen,
+    motion: &Motion,
+    times_s: &[f64],
+    effects: &[Effect],
+) -> Result<Vec<f64>, MakerError> {
+    let mut setup = Setup::plain(specimen, motion);
+    effects.iter().for_each(|e| setup.add(e));
+    let motion = setup.motion().clone();
+    Ok(reading::readings(&setup.run()?, &motion, times_s, effects))
+}
+
+/// The plain model's force with another mesh and another tolerance of the steps (over the peak, 5e-4 as a rule).
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_plain(
+    specimen: &Specimen,
+    motion: &Motion,
+    fineness: Fineness,
+    tolerance: f64,
+) -> Result<History, MakerError> {
+    let mut setup = Setup::plain(specimen, motion);
+    setup.accuracy(fineness, tolerance);
+    setup.run()
 }

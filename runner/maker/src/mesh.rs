@@ -16,7 +16,7 @@ pub struct Fineness {
 
 impl Default for Fineness {
     fn default() -> Self {
-        Self { edge: 0.004, growth: 0.55, near: 0.3 }
+        Self { edge: 0.004, growth: 0.5, near: 0.2 }
     }
 }
 

@@ -79,6 +79,17 @@ impl Material {
         }
     }
 
+    /// All moduli and viscosities times a factor; the permeability so that all times stay.
+    pub fn scale(&mut self, factor: f64) {
+        self.lambda *= factor;
+        self.permeability /= factor;
+        self.equilibrium.mu *= factor;
+        for b in &mut self.branches {
+            b.spring.mu *= factor;
+            b.eta *= factor;
+        }
+    }
+
     /// Shear modulus of a sudden deformation (Pa).
     pub fn instantaneous_modulus(&self) -> f64 {
         self.equilibrium.shear_modulus() + self.branches.iter().map(|b| b.spring.shear_modulus()).sum::<f64>()

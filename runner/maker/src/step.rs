@@ -35,13 +35,6 @@ pub struct Newton {
     equations: Equations,
     right: Vec<f64>,
     column: Vec<f64>,
-    /// Corrections so far.
-    pub corrections: usize,
-    /// Factorisations so far.
-    pub factorisations: usize,
-    pub t_assemble: f64,
-    pub t_factor: f64,
-    pub trace: bool,
 }
 
 /// End of a step.
@@ -82,21 +75,15 @@ impl Newton {
                 factors = None;
             }
             let fresh = !done && factors.is_none();
-            let clock = std::time::Instant::now();
             system.assemble(x, depth, step, fresh, now, &mut self.equations)?;
-            self.t_assemble += clock.elapsed().as_secs_f64();
             if done {
                 return Ok(Solved { force: self.equations.force, depth });
             }
             if fresh {
-                let clock = std::time::Instant::now();
                 factors = Some(system.pattern.factorise(&self.equations.tangent)?);
                 factored = branches;
-                self.t_factor += clock.elapsed().as_secs_f64();
-                self.factorisations += 1;
             }
             let Some(lu) = &factors else { return Err(Failure::Singular) };
-            self.corrections += 1;
             self.right.clone_from(&self.equations.residual);
             lu.solve(&mut self.right)?;
             let mut moved = 0.0;
@@ -126,7 +113,6 @@ impl Newton {
             if !next.is_finite() || next > 1.0 {
                 return Err(Failure::Newton);
             }
-            if self.trace { eprintln!("   {next:.2e} {fresh} {part} F {:.6e}", self.equations.force); }
             circling = if next > 0.5 * size { circling + 1 } else { 0 };
             done = next < SMALL && part == 1.0;
             // Old factors serve the small corrections, as long as these shrink fast.

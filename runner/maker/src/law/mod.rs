@@ -7,7 +7,7 @@ mod ogden;
 mod point;
 mod porous;
 
-pub use branch::{Flow, Thinning};
+pub use branch::Thinning;
 pub use point::{Laws, Past, Point, Response, Softening};
 pub use porous::{Seepage, Volumetric};
 
