@@ -153,9 +153,9 @@ mod tests {
     fn a_sliding_point_sticks_where_it_stopped() {
         let face = Face { friction: Friction::Coulomb(0.5), cohesion: None, slip_film: 0.0 };
         let touch = face.respond(1e8, &Touch::default(), 1e-6, 0.0, 1.0).1;
-        let (t, touch) = face.respond(1e8, &touch, 1e-6, 3e-6, 1.0);
+        let (t, touch) = face.respond(1e8, &touch, 1e-6, 3e-5, 1.0);
         assert!((t.radial - 50.0).abs() < 1e-9);
-        let (t, _) = face.respond(1e8, &touch, 1e-6, 2.5e-6, 1.0);
+        let (t, _) = face.respond(1e8, &touch, 1e-6, 3e-5 - 50.0 / (STICK * 1e8), 1.0);
         assert!(t.radial.abs() < 1e-9 && t.radial_slope > 0.0);
     }
 }

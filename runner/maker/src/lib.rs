@@ -19,6 +19,8 @@ mod specimen;
 mod step;
 mod system;
 mod time;
+#[cfg(test)]
+mod verification;
 
 pub use effect::Effect;
 pub use error::{Failure, MakerError};

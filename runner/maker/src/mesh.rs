@@ -78,18 +78,23 @@ fn middle(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
 impl Bisection {
     /// Nearly square cells, cut along alternating diagonals; one line of cells ends at the punch's edge.
     fn coarse(geometry: &Geometry) -> Self {
-        let part = |from: f64, to: f64| {
-            let n = ((to - from) / geometry.punch_radius).round().max(1.0) as usize;
-            (1..=n).map(move |i| from + (to - from) * i as f64 / n as f64)
+        let radius = geometry.punch_radius;
+        // Cells of the punch's radius; far away they grow.
+        let lines = |from: f64, to: f64| {
+            let mut ends = vec![from];
+            let mut size = radius;
+            while let Some(&last) = ends.last() && last < to {
+                size = size.max(0.2 * last);
+                let rest = ((to - last) / size).round().max(1.0);
+                ends.push(if rest < 2.0 { to } else { last + (to - last) / rest });
+            }
+            ends
         };
-        let inner = geometry.punch_radius.min(geometry.sample_radius);
-        let mut r: Vec<f64> = std::iter::once(0.0).chain(part(0.0, inner)).collect();
-        if geometry.sample_radius > inner {
-            r.extend(part(inner, geometry.sample_radius));
-        }
-        let z: Vec<f64> = std::iter::once(0.0).chain(part(0.0, geometry.sample_height)).map(|z| -z).collect();
+        let mut r = vec![0.0];
+        r.extend(lines(radius, geometry.sample_radius));
+        let z: Vec<f64> = lines(0.0, geometry.sample_height).into_iter().map(|z| -z).collect();
         let at = |i: usize, j: usize| j * r.len() + i;
-        let points = z.iter().flat_map(|&z| r.iter().map(move |&r| [r, z])).collect();
+        let points: Vec<[f64; 2]> = z.iter().flat_map(|&z| r.iter().map(move |&r| [r, z])).collect();
         let mut triangles = Vec::new();
         for j in 0..z.len() - 1 {
             for i in 0..r.len() - 1 {

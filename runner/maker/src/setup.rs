@@ -15,7 +15,9 @@ use crate::system::{Boundary, Drainage, System};
 /// Friction of a bonded punch: the face's bond fails where it would bear more shear than pressure.
 const BONDED: f64 = 1.0;
 /// Film of sliding points times the punch's radius over the instantaneous modulus (s).
-const SLIP_FILM: f64 = 0.2;
+const SLIP_FILM: f64 = 0.1;
+/// Coarsest triangles at the edge that are tried, over the punch's radius.
+const COARSEST_EDGE: f64 = 0.1;
 /// Time in which a grip slips or a bubble collapses (s).
 const SUDDEN_S: f64 = 0.1;
 
@@ -90,6 +92,7 @@ impl Setup {
                 s.geometry.sample_height *= size.exp2();
             }
             Effect::Film { size } if size > 0.0 => self.face.friction = Friction::Film(1e6 / size),
+            Effect::LowFriction { coefficient: 0.0 } => self.face.friction = Friction::Film(0.0),
             Effect::LowFriction { coefficient } => self.face.friction = Friction::Coulomb(coefficient),
             Effect::LeakyFace { size } => self.boundary.face = size * mobility / (0.02 * s.geometry.punch_radius),
             Effect::TightBottom { size } => self.boundary.bottom = tight(size),
@@ -149,7 +152,12 @@ impl Setup {
         self.specimen.check()?;
         let material = self.specimen.material.clone();
         self.face.slip_film = SLIP_FILM * material.instantaneous_modulus() / self.specimen.geometry.punch_radius;
-        let shortest = material.branches.iter().map(Branch::relaxation_time).fold(f64::INFINITY, f64::min);
+        let branches = material.branches.iter().map(Branch::relaxation_time);
+        // Seepage over the punch's radius, with the skeleton's stiffness when it cannot bulge.
+        let oedometric = material.lambda + 4.0 / 3.0 * material.equilibrium.shear_modulus();
+        let mobility = material.permeability / material.fluid_viscosity;
+        let seepage = self.specimen.geometry.punch_radius.powi(2) / (mobility * oedometric);
+        let shortest = branches.fold(seepage, f64::min);
         let laws = Laws {
             material,
             volumetric: self.volumetric,
@@ -157,14 +165,22 @@ impl Setup {
             thinning: self.thinning,
             softening: self.softening,
         };
-        let system = System::new(&self.specimen, laws, self.face, &self.boundary, &self.fineness)
-            .map_err(|_| MakerError::Invalid("the mesh is too large"))?;
         let ageing = |t: f64| {
             let factor = |&(gain, begin, time): &(f64, f64, f64)| {
                 (1.0 - gain * (-(t - begin).max(0.0) / time).exp_m1()).max(0.05)
             };
             self.ageing.iter().map(factor).product()
         };
-        Drive::new(&system, self.frame, self.pace, shortest, &ageing).run(&self.motion)
+        // Where the specimen folds at the punch's edge, triangles a little larger are not turned inside out.
+        let mut fineness = self.fineness;
+        loop {
+            let system = System::new(&self.specimen, laws.clone(), self.face, &self.boundary, &fineness)
+                .map_err(|_| MakerError::Invalid("the mesh is too large"))?;
+            let done = Drive::new(&system, self.frame, self.pace, shortest, &ageing).run(&self.motion);
+            fineness.edge *= 4.0;
+            if done.is_ok() || fineness.edge > COARSEST_EDGE {
+                return done;
+            }
+        }
     }
 }

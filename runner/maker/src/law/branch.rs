@@ -77,7 +77,7 @@ fn relax(law: &Ogden, flow: &Flow, trial: &[f64; 3]) -> Result<([f64; 3], Matrix
         now = relaxed;
     }
     for _ in 0..60 {
-        let step = now.1.lu().solve(&now.0).ok_or(Failure::Flow)?;
+        let step = now.1.try_inverse().ok_or(Failure::Flow)? * now.0;
         let size = step.amax();
         if !size.is_finite() {
             return Err(Failure::Flow);
@@ -94,7 +94,7 @@ fn relax(law: &Ogden, flow: &Flow, trial: &[f64; 3]) -> Result<([f64; 3], Matrix
         (strain, now) = next;
         if size < 1e-7 {
             let (_, jacobian, e, p) = now;
-            let by_trial = jacobian.lu().solve(&Matrix3::from_diagonal(&(2.0 * e))).ok_or(Failure::Flow)?;
+            let by_trial = jacobian.try_inverse().ok_or(Failure::Flow)? * Matrix3::from_diagonal(&(2.0 * e));
             let stiffness = Matrix3::from_fn(|a, b| p.stiffness[a][b]);
             return Ok((p.stress, stiffness * by_trial, strain, p.energy));
         }
