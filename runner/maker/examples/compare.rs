@@ -6,10 +6,8 @@ fn main() {
     let arg: Vec<String> = std::env::args().collect();
     let num = |i: usize, d: f64| arg.get(i).map_or(d, |s| s.parse().expect("a number"));
     let text = std::fs::read_to_string(&arg[1]).expect("a curve");
-    let rows: Vec<Vec<f64>> = text
-        .lines()
-        .filter_map(|l| l.split(',').take(3).map(|v| v.parse().ok()).collect())
-        .collect();
+    let rows: Vec<Vec<f64>> =
+        text.lines().filter_map(|l| l.split(',').take(3).map(|v| v.parse().ok()).collect()).collect();
     let (rate, up) = if arg[2] == "P1" { (1.0, 3.8) } else { (1.6, 3.0) };
     let gap = -rows[0][1];
     let end = rows[rows.len() - 1][0];
@@ -35,7 +33,13 @@ fn main() {
     let mut phase = 0;
     let mut worst = (0.0f64, 0.0, 0.0, 0.0);
     let print = |phase: usize, w: (f64, f64, f64, f64)| {
-        println!("piece {phase:2}: {:+7.3} % of the peak at {:8.3} s: {:8.4} mN, {:8.4}", w.0 * 100.0, w.1, w.2, w.3);
+        println!(
+            "piece {phase:2}: {:+7.3} % of the peak at {:8.3} s: {:8.4} mN, {:8.4}",
+            w.0 * 100.0,
+            w.1,
+            w.2,
+            w.3
+        );
     };
     for r in &rows {
         while r[0] > motion.points()[phase + 1].0 + 1e-3 {

@@ -1,5 +1,5 @@
 //! Every effect in several sizes, or materials a factor of ten either way: does it run, how long, what does it do?
-//! `survey effects|materials|cycles [name]`
+//! `survey effects|materials [name] [cycles] [sizes]`
 use poropunch_maker::*;
 
 /// P2 with some cycles; one ends with its hold.
@@ -28,7 +28,11 @@ fn report(name: &str, specimen: &Specimen, motion: &Motion, effects: &[Effect]) 
     let mut times: Vec<f64> = marks.into_iter().chain([218.27, 308.2, 309.0]).filter(|&t| t <= end).collect();
     times.push(end);
     match simulate(specimen, motion, &times, effects) {
-        Ok(f) => print!("{:5.1} s {}", start.elapsed().as_secs_f64(), f.iter().map(|f| format!("{:8.3}", f * 1e3)).collect::<String>()),
+        Ok(f) => print!(
+            "{:5.1} s {}",
+            start.elapsed().as_secs_f64(),
+            f.iter().map(|f| format!("{:8.3}", f * 1e3)).collect::<String>()
+        ),
         Err(e) => print!("{:5.1} s FAILED: {e}", start.elapsed().as_secs_f64()),
     }
     println!("  {name}");
@@ -73,10 +77,12 @@ fn effects(size: f64) -> Vec<Effect> {
 fn main() {
     let arg: Vec<String> = std::env::args().skip(1).collect();
     let wanted = |name: &str| arg.get(1).is_none_or(|a| name.contains(a.as_str()));
+    let chosen = |i: usize| arg.get(1).is_none_or(|a| a.split(',').any(|a| a == i.to_string()));
     let cycles = arg.get(2).map_or(1, |c| c.parse().expect("a number of cycles"));
     if arg[0] == "effects" {
         report("plain", &Specimen::table1(), &p2(cycles), &[]);
-        for size in [0.33, 1.0, 3.0, 10.0] {
+        let sizes = arg.get(3).map_or("1,10", |s| s);
+        for size in sizes.split(',').map(|s| s.parse().expect("a size")) {
             for effect in effects(size) {
                 let name = format!("{effect:?}");
                 if wanted(&name) {
@@ -102,13 +108,14 @@ fn main() {
             modulus
         };
         spring(&mut m.equilibrium);
-        let moduli: Vec<(f64, f64)> = m.branches.iter_mut().map(|b| (b.relaxation_time(), spring(&mut b.spring))).collect();
+        let moduli: Vec<(f64, f64)> =
+            m.branches.iter_mut().map(|b| (b.relaxation_time(), spring(&mut b.spring))).collect();
         for (b, (time, modulus)) in m.branches.iter_mut().zip(moduli) {
             b.eta = time * factor() * modulus;
         }
         m.lambda *= factor();
         m.permeability *= factor();
-        if wanted(&i.to_string()) {
+        if chosen(i) {
             report(&format!("{i}: {m:?}"), &s, &p2(cycles), &[]);
         }
     }

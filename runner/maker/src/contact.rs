@@ -71,7 +71,14 @@ const COHESION_LAG_S: f64 = 0.01;
 
 impl Face {
     /// Tractions of a point with penetration and radial displacement (m) after a step (s), and its new memory.
-    pub fn respond(&self, penalty: f64, last: &Touch, penetration: f64, radial: f64, step: f64) -> (Traction, Touch) {
+    pub fn respond(
+        &self,
+        penalty: f64,
+        last: &Touch,
+        penetration: f64,
+        radial: f64,
+        step: f64,
+    ) -> (Traction, Touch) {
         let gap = -penetration;
         let mut t = Traction::default();
         let mut now = Touch { closed: penetration > 0.0, gap, radial, ..*last };
@@ -88,7 +95,9 @@ impl Face {
                 }
                 now.bonded = gap < 6.0 * c.opening;
             }
-            Some(_) => (t.normal, t.normal_slope, t.branch, now.bonded) = (penalty * penetration, penalty, 2, true),
+            Some(_) => {
+                (t.normal, t.normal_slope, t.branch, now.bonded) = (penalty * penetration, penalty, 2, true)
+            }
             None if now.closed => (t.normal, t.normal_slope, t.branch) = (penalty * penetration, penalty, 2),
             None => {}
         }
@@ -136,7 +145,8 @@ mod tests {
     #[test]
     fn slopes_are_derivatives() {
         let cohesion = Some(Cohesion { strength: 100.0, opening: 1e-4 });
-        let last = Touch { closed: true, bonded: true, anchor: 1e-6, gap: 1e-5, radial: 2e-6, pressure: 300.0 };
+        let last =
+            Touch { closed: true, bonded: true, anchor: 1e-6, gap: 1e-5, radial: 2e-6, pressure: 300.0 };
         for friction in [Friction::Coulomb(0.2), Friction::Coulomb(1e9), Friction::Film(1e7)] {
             let face = Face { friction, cohesion, slip_film: 1e5 };
             for (penetration, radial) in [(1e-5, 1.5e-6), (1e-6, 9e-6), (-5e-5, 0.0), (-2e-4, 0.0)] {

@@ -76,8 +76,20 @@ impl<'a> Drive<'a> {
         let (before, spare) = (last.clone(), last.clone());
         let greatest = system.force_unit() * 0.01;
         Self {
-            system, frame, pace, shortest_time, stiffening, newton, x, last, before, spare,
-            depth: 0.0, force: 0.0, greatest, history,
+            system,
+            frame,
+            pace,
+            shortest_time,
+            stiffening,
+            newton,
+            x,
+            last,
+            before,
+            spare,
+            depth: 0.0,
+            force: 0.0,
+            greatest,
+            history,
         }
     }
 
@@ -120,7 +132,9 @@ impl<'a> Drive<'a> {
         let mut step = first.min(self.pace.first_time * self.shortest_time).min(to - from);
         let smallest = 1e-7 * step;
         let mut marks = vec![self.mark(from)];
-        while let Some(now) = marks.last() && to - now.time > 1e-9 * (to - from) {
+        while let Some(now) = marks.last()
+            && to - now.time > 1e-9 * (to - from)
+        {
             let time = now.time;
             step = step.min(longest);
             let left = to - time;
@@ -155,11 +169,22 @@ impl<'a> Drive<'a> {
     }
 
     fn mark(&self, time: f64) -> Mark {
-        Mark { time, force: self.force, depth: self.depth, surface: self.system.surface(&self.x), x: self.x.clone() }
+        Mark {
+            time,
+            force: self.force,
+            depth: self.depth,
+            surface: self.system.surface(&self.x),
+            x: self.x.clone(),
+        }
     }
 
     /// Tries a step; its error over the tolerance if it can be told, or how much smaller the next try should be.
-    fn attempt(&mut self, motion: &Motion, marks: &[Mark], time: f64) -> Result<(Mark, Solved, Option<f64>), (Failure, f64)> {
+    fn attempt(
+        &mut self,
+        motion: &Motion,
+        marks: &[Mark],
+        time: f64,
+    ) -> Result<(Mark, Solved, Option<f64>), (Failure, f64)> {
         let now = &marks[marks.len() - 1];
         let step = time - now.time;
         let earlier = marks.len().checked_sub(2).map(|i| &marks[i]);
@@ -171,19 +196,30 @@ impl<'a> Drive<'a> {
         let mut guess = now.depth;
         let weights = extrapolation(marks, time);
         if marks.len() > 1 {
-            x.iter_mut().enumerate().for_each(|(i, x)| *x = marks.iter().zip(&weights).map(|(m, w)| w * m.x[i]).sum());
+            x.iter_mut()
+                .enumerate()
+                .for_each(|(i, x)| *x = marks.iter().zip(&weights).map(|(m, w)| w * m.x[i]).sum());
             guess = marks.iter().zip(&weights).map(|(m, w)| w * m.depth).sum();
         }
         let equations =
             Step { formula, last: &self.last, before: &self.before, stiffening: (self.stiffening)(time) };
         let solved = self
             .newton
-            .solve(self.system, self.frame.as_ref(), motion.at(time), guess, &mut x, &equations, &mut self.spare)
+            .solve(
+                self.system,
+                self.frame.as_ref(),
+                motion.at(time),
+                guess,
+                &mut x,
+                &equations,
+                &mut self.spare,
+            )
             .map_err(|reason| (reason, 0.4))?;
         let surface = self.system.surface(&x);
         let mark = Mark { time, force: solved.force, depth: solved.depth, surface, x };
         let error = (marks.len() == 3).then(|| {
-            let guess = |value: fn(&Mark) -> f64| marks.iter().zip(&weights).map(|(m, w)| w * value(m)).sum::<f64>();
+            let guess =
+                |value: fn(&Mark) -> f64| marks.iter().zip(&weights).map(|(m, w)| w * value(m)).sum::<f64>();
             let miss = |value: fn(&Mark) -> f64| value(&mark) - guess(value);
             let force = miss(|m| m.force) / self.greatest.max(solved.force.abs());
             let surface = miss(|m| m.surface) / (0.5 * self.system.punch_radius);

@@ -48,7 +48,8 @@ pub fn points(mesh: &Mesh, triangle: &Triangle) -> [GaussPoint; POINTS] {
         let corner = |i: usize| l[i] * (2.0 * l[i] - 1.0);
         let middle = |i: usize, j: usize| 4.0 * l[i] * l[j];
         let corner_slope = |i: usize| slopes[i].map(|s| (4.0 * l[i] - 1.0) * s);
-        let middle_slope = |i: usize, j: usize| [0, 1].map(|k| 4.0 * (l[i] * slopes[j][k] + l[j] * slopes[i][k]));
+        let middle_slope =
+            |i: usize, j: usize| [0, 1].map(|k| 4.0 * (l[i] * slopes[j][k] + l[j] * slopes[i][k]));
         let radius = l[0] * a[0] + l[1] * b[0] + l[2] * c[0];
         GaussPoint {
             shape: [corner(0), corner(1), corner(2), middle(0, 1), middle(1, 2), middle(2, 0)],

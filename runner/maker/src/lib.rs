@@ -3,6 +3,7 @@
 //! It shares with poropunch nothing but the plain model's laws (Eqs. 2-14): six-node triangles, BDF2, contact by
 //! penalty with Coulomb friction, flow in the viscous metric, and every effect in a form of its own. SI units.
 
+mod boundary;
 mod contact;
 mod drive;
 mod effect;
@@ -21,6 +22,7 @@ mod system;
 mod time;
 #[cfg(test)]
 mod verification;
+mod weak;
 
 pub use effect::Effect;
 pub use error::{Failure, MakerError};

@@ -53,12 +53,14 @@ impl Pattern {
             }
             _ => u32::MAX,
         };
-        let places = |e: &Vec<Option<usize>>| e.iter().flat_map(|&r| e.iter().map(move |&c| place(r, c))).collect();
+        let places =
+            |e: &Vec<Option<usize>>| e.iter().flat_map(|&r| e.iter().map(move |&c| place(r, c))).collect();
         let places = elements.iter().map(places).collect();
         let structure = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
         let (order, parameters) = (SymmetricOrdering::Amd, Default::default());
-        let symbolic = cholesky::factorize_symbolic_cholesky(structure.as_ref(), Side::Lower, order, parameters)
-            .map_err(|_| Failure::Singular)?;
+        let symbolic =
+            cholesky::factorize_symbolic_cholesky(structure.as_ref(), Side::Lower, order, parameters)
+                .map_err(|_| Failure::Singular)?;
         Ok((Self { structure, symbolic }, places))
     }
 
@@ -81,7 +83,8 @@ impl Pattern {
             forward: vec![0; size],
             backward: vec![0; size],
         };
-        let need = self.symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default());
+        let need =
+            self.symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default());
         let mut memory = MemBuffer::try_new(need).map_err(|_| Failure::Singular)?;
         self.symbolic.factorize_numeric_intranode_lblt(
             &mut factors.lower,

@@ -83,7 +83,9 @@ impl Bisection {
         let lines = |from: f64, to: f64| {
             let mut ends = vec![from];
             let mut size = radius;
-            while let Some(&last) = ends.last() && last < to {
+            while let Some(&last) = ends.last()
+                && last < to
+            {
                 size = size.max(0.2 * last);
                 let rest = ((to - last) / size).round().max(1.0);
                 ends.push(if rest < 2.0 { to } else { last + (to - last) / rest });

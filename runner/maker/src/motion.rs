@@ -108,14 +108,17 @@ mod tests {
     #[test]
     fn between_points_and_beyond() {
         let motion = Motion::new(vec![(0.0, -1e-4), (1.0, 1e-3), (2.0, 1e-3)]).unwrap();
-        assert!((motion.at(0.5) - 4.5e-4).abs() < 1e-18 && motion.at(-1.0) == -1e-4 && motion.at(9.0) == 1e-3);
+        assert!(
+            (motion.at(0.5) - 4.5e-4).abs() < 1e-18 && motion.at(-1.0) == -1e-4 && motion.at(9.0) == 1e-3
+        );
         assert_eq!(motion.refined([0.5, 1.0, 7.0]).points().len(), 4);
         assert!(Motion::new(vec![(0.0, 0.0), (0.0, 1.0)]).is_err());
     }
 
     #[test]
     fn play_holds_the_punch_after_a_reversal() {
-        let motion = Motion::new(vec![(0.0, 0.0), (1.0, 1.0), (2.0, 0.0), (3.0, 1.0)]).unwrap().with_play(0.1);
+        let motion =
+            Motion::new(vec![(0.0, 0.0), (1.0, 1.0), (2.0, 0.0), (3.0, 1.0)]).unwrap().with_play(0.1);
         assert!((motion.at(1.0) - 1.0).abs() < 1e-12 && (motion.at(1.05) - 1.0).abs() < 1e-12);
         assert!((motion.at(1.5) - 0.6).abs() < 1e-12 && (motion.at(2.0) - 0.1).abs() < 1e-12);
         assert!((motion.at(2.05) - 0.1).abs() < 1e-12 && (motion.at(2.5) - 0.5).abs() < 1e-12);

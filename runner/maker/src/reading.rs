@@ -7,7 +7,12 @@ use std::f64::consts::{PI, TAU};
 
 /// Readings (N) at times (s) of the record, of the force on the specimen and the true motion.
 pub fn readings(history: &History, motion: &Motion, times: &[f64], effects: &[Effect]) -> Vec<f64> {
-    let touch = history.times().iter().zip(history.forces()).find(|(_, f)| **f > 0.0).map_or(f64::INFINITY, |(t, _)| *t);
+    let touch = history
+        .times()
+        .iter()
+        .zip(history.forces())
+        .find(|(_, f)| **f > 0.0)
+        .map_or(f64::INFINITY, |(t, _)| *t);
     let start = motion.span().0;
     let mut released = None;
     let specimen = |t: f64, released: &mut Option<f64>| {
@@ -23,7 +28,8 @@ pub fn readings(history: &History, motion: &Motion, times: &[f64], effects: &[Ef
                     if force > 0.0 {
                         *released = None;
                     }
-                    let thin = if released.is_some() { 0.0 } else { (1.0 + depth.min(0.0) / reach).max(0.0).sqrt() };
+                    let thin =
+                        if released.is_some() { 0.0 } else { (1.0 + depth.min(0.0) / reach).max(0.0).sqrt() };
                     force -= pull * thin;
                 }
                 _ => {}
@@ -32,7 +38,8 @@ pub fn readings(history: &History, motion: &Motion, times: &[f64], effects: &[Ef
         force
     };
     let clock: f64 = effects.iter().map(|e| if let Effect::Clock { rate } = e { *rate } else { 0.0 }).sum();
-    let lag: f64 = effects.iter().map(|e| if let Effect::TwoPoleLag { size } = e { 0.05 * size } else { 0.0 }).sum();
+    let lag: f64 =
+        effects.iter().map(|e| if let Effect::TwoPoleLag { size } = e { 0.05 * size } else { 0.0 }).sum();
     let mut filter = LowPass::new(0.5 * lag, start);
     times
         .iter()
@@ -51,7 +58,9 @@ pub fn readings(history: &History, motion: &Motion, times: &[f64], effects: &[Ef
 fn sensed(effect: &Effect, force: f64, time: f64, since: f64) -> f64 {
     match *effect {
         Effect::SaturatingDrift { size, time_s } => force - 2e-6 * size * time_s * (-since / time_s).exp_m1(),
-        Effect::Wave { force: amplitude, period_s, phase } => force + amplitude * (TAU * time / period_s + phase).sin(),
+        Effect::Wave { force: amplitude, period_s, phase } => {
+            force + amplitude * (TAU * time / period_s + phase).sin()
+        }
         Effect::Gain { part, from_s, to_s } if time >= from_s && time < to_s => force * (1.0 + part),
         Effect::Clip { force: limit } => force.min(limit),
         _ => force,

@@ -1,5 +1,6 @@
 //! A specimen, its surroundings and the true motion, with the effects that act on them.
 
+use crate::boundary::{Boundary, Drainage};
 use crate::contact::{Cohesion, Face, Friction};
 use crate::drive::{Drive, Pace};
 use crate::effect::Effect;
@@ -10,7 +11,7 @@ use crate::mesh::Fineness;
 use crate::motion::Motion;
 use crate::specimen::{Branch, Ogden, Specimen};
 use crate::step::Frame;
-use crate::system::{Boundary, Drainage, System};
+use crate::system::System;
 
 /// Friction of a bonded punch: the face's bond fails where it would bear more shear than pressure.
 const BONDED: f64 = 1.0;
@@ -85,7 +86,9 @@ impl Setup {
                 // The energy of an isochoric equivalent strain e is 3/2 G e^2.
                 self.softening = Some(Softening { loss: (0.3 * size).min(0.9), energy: 1.5 * 0.2 * 0.2 });
             }
-            Effect::SaturatingAgeing { size, time_s } => self.ageing.push((1e-4 * size * time_s, 0.0, time_s)),
+            Effect::SaturatingAgeing { size, time_s } => {
+                self.ageing.push((1e-4 * size * time_s, 0.0, time_s))
+            }
             Effect::Batch { size } => s.material.scale((0.2 * size).exp()),
             Effect::Dimensions { size } => {
                 s.geometry.sample_radius *= size.exp2();
@@ -94,7 +97,9 @@ impl Setup {
             Effect::Film { size } if size > 0.0 => self.face.friction = Friction::Film(1e6 / size),
             Effect::LowFriction { coefficient: 0.0 } => self.face.friction = Friction::Film(0.0),
             Effect::LowFriction { coefficient } => self.face.friction = Friction::Coulomb(coefficient),
-            Effect::LeakyFace { size } => self.boundary.face = size * mobility / (0.02 * s.geometry.punch_radius),
+            Effect::LeakyFace { size } => {
+                self.boundary.face = size * mobility / (0.02 * s.geometry.punch_radius)
+            }
             Effect::TightBottom { size } => self.boundary.bottom = tight(size),
             Effect::TightSide { size } => self.boundary.side = tight(size),
             Effect::ExponentialAdhesion { size } if size > 0.0 => {
@@ -107,7 +112,8 @@ impl Setup {
             Effect::Coarse { size } => {
                 let plain = Fineness::default();
                 let by = size.exp2();
-                self.fineness = Fineness { edge: plain.edge * by * by, growth: plain.growth * by, near: plain.near * by };
+                self.fineness =
+                    Fineness { edge: plain.edge * by * by, growth: plain.growth * by, near: plain.near * by };
                 self.pace.tolerance *= 10f64.powf(size);
                 self.pace.first_order = true;
             }
@@ -151,7 +157,8 @@ impl Setup {
     pub fn run(mut self) -> Result<History, MakerError> {
         self.specimen.check()?;
         let material = self.specimen.material.clone();
-        self.face.slip_film = SLIP_FILM * material.instantaneous_modulus() / self.specimen.geometry.punch_radius;
+        self.face.slip_film =
+            SLIP_FILM * material.instantaneous_modulus() / self.specimen.geometry.punch_radius;
         let branches = material.branches.iter().map(Branch::relaxation_time);
         // Seepage over the punch's radius, with the skeleton's stiffness when it cannot bulge.
         let oedometric = material.lambda + 4.0 / 3.0 * material.equilibrium.shear_modulus();

@@ -127,7 +127,10 @@ impl Specimen {
             (m.fluid_viscosity > 0.0, "the fluid's viscosity is not positive"),
             (m.permeability > 0.0, "the permeability is not positive"),
             (m.equilibrium.shear_modulus() > 0.0, "the equilibrium's shear modulus is not positive"),
-            (m.branches.iter().all(|b| b.spring.shear_modulus() > 0.0), "a branch's shear modulus is not positive"),
+            (
+                m.branches.iter().all(|b| b.spring.shear_modulus() > 0.0),
+                "a branch's shear modulus is not positive",
+            ),
             (m.branches.iter().all(|b| b.eta > 0.0), "a branch's viscosity is not positive"),
         ];
         rules.into_iter().find(|r| !r.0).map_or(Ok(()), |r| Err(MakerError::Invalid(r.1)))

@@ -1,33 +1,15 @@
 //! The equations of one step: weak forms of Eqs. 4 and 5 with their tangent, contact and drainage of the surfaces.
 
+use crate::boundary::{Boundary, Drainage};
 use crate::contact::{Face, Touch};
 use crate::element::{self, GaussPoint, SidePoint};
 use crate::error::Failure;
-use crate::law::{Laws, Past, Point, Response};
+use crate::law::{Laws, Past, Point};
 use crate::linear::Pattern;
 use crate::mesh::{Fineness, Mesh, Side};
 use crate::specimen::Specimen;
 use crate::time::Formula;
-
-/// How a surface lets the fluid out.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Drainage {
-    /// Pore pressure zero.
-    Free,
-    /// Flux = permeance (m/(Pa s)) times pore pressure; zero is impermeable.
-    Permeance(f64),
-}
-
-/// Drainage of the surfaces; the free top is always drained.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Boundary {
-    /// The bottom.
-    pub bottom: Drainage,
-    /// The lateral surface.
-    pub side: Drainage,
-    /// Permeance of the punch's face (m/(Pa s)).
-    pub face: f64,
-}
+use crate::weak::Local;
 
 /// A triangle with a place for its entries.
 struct Cell {
@@ -112,7 +94,13 @@ impl System {
     ///
     /// # Errors
     /// When memory is exhausted.
-    pub fn new(specimen: &Specimen, laws: Laws, face: Face, boundary: &Boundary, fine: &Fineness) -> Result<Self, Failure> {
+    pub fn new(
+        specimen: &Specimen,
+        laws: Laws,
+        face: Face,
+        boundary: &Boundary,
+        fine: &Fineness,
+    ) -> Result<Self, Failure> {
         let (mesh, g) = (Mesh::new(&specimen.geometry, fine), &specimen.geometry);
         let modulus = laws.material.instantaneous_modulus();
         let nodes = mesh.nodes.len();
@@ -135,18 +123,24 @@ impl System {
             (!fixed).then_some(free.wrapping_sub(1))
         };
         let equation: Vec<Option<usize>> = fixed.iter().map(&mut number).collect();
-        let strip = |s: &Side, stiffness: f64| Strip { side: *s, points: element::side_points(&mesh, s), stiffness };
-        let length = |s: &Side| (mesh.nodes[s[1]][0] - mesh.nodes[s[0]][0]).hypot(mesh.nodes[s[1]][1] - mesh.nodes[s[0]][1]);
+        let strip =
+            |s: &Side, stiffness: f64| Strip { side: *s, points: element::side_points(&mesh, s), stiffness };
+        let length = |s: &Side| {
+            (mesh.nodes[s[1]][0] - mesh.nodes[s[0]][0]).hypot(mesh.nodes[s[1]][1] - mesh.nodes[s[0]][1])
+        };
         let strips: Vec<Strip> = mesh.face.iter().map(|s| strip(s, PENALTY * modulus / length(s))).collect();
         let mut drains = Vec::new();
         for (sides, drainage) in [(&mesh.bottom, boundary.bottom), (&mesh.lateral, boundary.side)] {
-            if let Drainage::Permeance(permeance) = drainage && permeance > 0.0 {
+            if let Drainage::Permeance(permeance) = drainage
+                && permeance > 0.0
+            {
                 drains.extend(sides.iter().map(|s| strip(s, permeance)));
             }
         }
         let cells: Vec<Cell> =
             mesh.triangles.iter().map(|t| Cell { nodes: *t, points: element::points(&mesh, t) }).collect();
-        let displacements = |n: &[usize]| n.iter().flat_map(|&n| [equation[2 * n], equation[2 * n + 1]]).collect();
+        let displacements =
+            |n: &[usize]| n.iter().flat_map(|&n| [equation[2 * n], equation[2 * n + 1]]).collect();
         let unknowns = |n: &[usize], corners: usize| {
             let mut all: Vec<Option<usize>> = displacements(n);
             all.extend(n[..corners].iter().map(|&n| equation[2 * nodes + n]));
@@ -195,7 +189,9 @@ impl System {
     /// Mean height of the surface under the face (m).
     pub fn surface(&self, x: &[f64]) -> f64 {
         let heights = self.strips.iter().flat_map(|s| {
-            s.points.iter().map(|g| (g.weight, (0..3).map(|a| g.shape[a] * x[2 * s.side[a] + 1]).sum::<f64>()))
+            s.points
+                .iter()
+                .map(|g| (g.weight, (0..3).map(|a| g.shape[a] * x[2 * s.side[a] + 1]).sum::<f64>()))
         });
         let (area, volume) = heights.fold((0.0, 0.0), |(a, v), (w, u)| (a + w, v + w * u));
         volume / area
@@ -282,7 +278,11 @@ impl System {
                 local.add_tangent(g, &r, step.formula.gamma, unit, &mut matrix);
             }
         }
-        let unknowns = cell.nodes.iter().flat_map(|&n| [2 * n, 2 * n + 1]).chain((0..3).map(|q| 2 * nodes + cell.nodes[q]));
+        let unknowns = cell
+            .nodes
+            .iter()
+            .flat_map(|&n| [2 * n, 2 * n + 1])
+            .chain((0..3).map(|q| 2 * nodes + cell.nodes[q]));
         for (value, unknown) in residual.iter().zip(unknowns) {
             if let Some(e) = self.equation[unknown] {
                 eq.residual[e] += value;
@@ -315,7 +315,8 @@ impl System {
         for (k, g) in strip.points.iter().enumerate() {
             let at = |d: usize| (0..3).map(|a| g.shape[a] * x[2 * strip.side[a] + d]).sum::<f64>();
             let last = &step.last.touches[3 * index + k];
-            let (t, touch) = self.face.respond(strip.stiffness, last, at(1) + depth, at(0), step.formula.step);
+            let (t, touch) =
+                self.face.respond(strip.stiffness, last, at(1) + depth, at(0), step.formula.step);
             now[3 * index + k] = touch;
             eq.force += t.normal * g.weight;
             eq.force_by_depth += t.normal_slope * g.weight;
@@ -330,7 +331,8 @@ impl System {
                 }
                 for b in (0..3).filter(|_| tangent) {
                     let w = w * g.shape[b];
-                    let mut add = |row: usize, column: usize, value: f64| add_at(eq, places[8 * row + column], value);
+                    let mut add =
+                        |row: usize, column: usize, value: f64| add_at(eq, places[8 * row + column], value);
                     add(2 * a, 2 * b, t.radial_slope * w);
                     add(2 * a + 1, 2 * b + 1, t.normal_slope * w);
                 }
@@ -342,7 +344,15 @@ impl System {
         }
     }
 
-    fn add_drain(&self, index: usize, strip: &Strip, x: &[f64], step: &Step<'_>, tangent: bool, eq: &mut Equations) {
+    fn add_drain(
+        &self,
+        index: usize,
+        strip: &Strip,
+        x: &[f64],
+        step: &Step<'_>,
+        tangent: bool,
+        eq: &mut Equations,
+    ) {
         let places = &self.places[self.cells.len() + self.strips.len() + index];
         for g in &strip.points {
             let outflow = strip.stiffness * step.formula.gamma;
@@ -380,103 +390,5 @@ impl System {
 fn add_at(eq: &mut Equations, place: u32, value: f64) {
     if place != u32::MAX {
         eq.tangent[place as usize] += value;
-    }
-}
-
-/// Quantities of an integration point in the current configuration.
-struct Local {
-    /// Gradients of the quadratic functions, and the function over the radius (1/m).
-    gradient: [[f64; 3]; 6],
-    linear_gradient: [[f64; 2]; 3],
-    /// Kirchhoff stress with the pore pressure (Pa): rr, zz, rz, hoop.
-    tau: [f64; 4],
-    pore: f64,
-    /// Gradient of the pore pressure (Pa/m).
-    slope: [f64; 2],
-}
-
-impl Local {
-    fn new(g: &GaussPoint, f: &[f64; 5], r: &Response, p: &[f64; 3]) -> Self {
-        let i = &r.inverse;
-        let push = |v: &[f64; 2]| [i[0] * v[0] + i[2] * v[1], i[1] * v[0] + i[3] * v[1]];
-        let radius = g.radius * f[4];
-        let gradient = std::array::from_fn(|a| {
-            let v = push(&g.gradient[a]);
-            [v[0], v[1], g.shape[a] / radius]
-        });
-        let linear_gradient: [[f64; 2]; 3] = std::array::from_fn(|q| push(&g.linear_gradient[q]));
-        let pressure: f64 = (0..3).map(|q| g.linear[q] * p[q]).sum();
-        let pore = pressure * r.volume;
-        let slope = [0, 1].map(|k| (0..3).map(|q| linear_gradient[q][k] * p[q]).sum());
-        let tau = [r.tau[0] - pore, r.tau[1] - pore, r.tau[2], r.tau[3] - pore];
-        Self { gradient, linear_gradient, tau, pore, slope }
-    }
-
-    fn add_residual(&self, g: &GaussPoint, r: &Response, gamma: f64, unit: f64, residual: &mut [f64; 15]) {
-        let (w, t) = (g.weight, &self.tau);
-        for (a, d) in self.gradient.iter().enumerate() {
-            residual[2 * a] += w * (t[0] * d[0] + t[2] * d[1] + t[3] * d[2]);
-            residual[2 * a + 1] += w * (t[2] * d[0] + t[1] * d[1]);
-        }
-        let flow = gamma * r.volume * r.mobility;
-        for q in 0..3 {
-            let d = &self.linear_gradient[q];
-            let seepage = flow * (d[0] * self.slope[0] + d[1] * self.slope[1]);
-            residual[12 + q] -= w * unit * (g.linear[q] * (r.volume - r.volume_start) + seepage);
-        }
-    }
-
-    /// `D = d(tau F^-T) F^T` by `l` in `[rr, rz, zr, zz, hoop]`.
-    fn moduli(&self, r: &Response) -> [[f64; 5]; 5] {
-        let (t, c) = (&self.tau, &r.tangent);
-        let mut d = [c[0], c[2], c[2], c[1], c[3]];
-        for i in [0, 3, 4] {
-            for k in [0, 3, 4] {
-                d[i][k] -= self.pore;
-            }
-        }
-        d[0][0] -= t[0];
-        d[0][1] -= t[2];
-        d[1][2] -= t[0];
-        d[1][3] -= t[2];
-        d[2][0] -= t[2];
-        d[2][1] -= t[1];
-        d[3][2] -= t[2];
-        d[3][3] -= t[1];
-        d[4][4] -= t[3];
-        d
-    }
-
-    fn add_tangent(&self, g: &GaussPoint, r: &Response, gamma: f64, unit: f64, matrix: &mut [[f64; 15]; 15]) {
-        let w = g.weight;
-        let d = self.moduli(r);
-        // How the seepage's paths change with the displacement is left out: small, and the only part without symmetry.
-        let flow = gamma * r.volume * r.mobility;
-        for (b, gb) in self.gradient.iter().enumerate() {
-            for i in 0..2 {
-                let column = 2 * b + i;
-                // Displacement `i` of node `b` as a velocity gradient, times the moduli.
-                let s: [f64; 5] = std::array::from_fn(|k| match i {
-                    0 => d[k][0] * gb[0] + d[k][1] * gb[1] + d[k][4] * gb[2],
-                    _ => d[k][2] * gb[0] + d[k][3] * gb[1],
-                });
-                for (a, ga) in self.gradient.iter().enumerate() {
-                    matrix[2 * a][column] += w * (s[0] * ga[0] + s[1] * ga[1] + s[4] * ga[2]);
-                    matrix[2 * a + 1][column] += w * (s[2] * ga[0] + s[3] * ga[1]);
-                }
-                let dilation = if i == 0 { gb[0] + gb[2] } else { gb[1] };
-                for q in 0..3 {
-                    let volume = w * unit * g.linear[q] * r.volume * dilation;
-                    matrix[12 + q][column] -= volume;
-                    matrix[column][12 + q] -= volume;
-                }
-            }
-        }
-        for q in 0..3 {
-            for s in 0..3 {
-                let (dq, ds) = (&self.linear_gradient[q], &self.linear_gradient[s]);
-                matrix[12 + q][12 + s] -= w * unit * unit * flow * (dq[0] * ds[0] + dq[1] * ds[1]);
-            }
-        }
     }
 }

@@ -82,7 +82,9 @@ fn table_1_lies_just_below_the_reference_curves() {
     let ramp = 1e-3 / 1.6e-3;
     let motion = Motion::new(vec![(0.0, 0.0), (ramp, 1e-3), (ramp + 90.0, 1e-3)]).unwrap();
     let history = Setup::plain(&Specimen::table1(), &motion).run().unwrap();
-    let rows = curve.lines().filter_map(|l| Some((l.split(',').next()?.parse().ok()?, l.split(',').nth(2)?.parse().ok()?)));
+    let rows = curve
+        .lines()
+        .filter_map(|l| Some((l.split(',').next()?.parse().ok()?, l.split(',').nth(2)?.parse().ok()?)));
     let mut compared = 0;
     for (time, force) in rows.filter(|&(t, _): &(f64, f64)| t > 0.2) {
         let off = history.at(time) * 1e3 / force - 1.0;

@@ -43,7 +43,11 @@ pub(super) struct Stress {
 
 /// Solves the flow and returns `(tau, d tau / d trial strain, strain, energy)` in principal axes.
 #[expect(clippy::type_complexity)]
-fn relax(law: &Ogden, flow: &Flow, trial: &[f64; 3]) -> Result<([f64; 3], Matrix3<f64>, [f64; 3], f64), Failure> {
+fn relax(
+    law: &Ogden,
+    flow: &Flow,
+    trial: &[f64; 3],
+) -> Result<([f64; 3], Matrix3<f64>, [f64; 3], f64), Failure> {
     let c = flow.per_stress;
     if c == 0.0 {
         let p = principal(law, trial);
@@ -139,7 +143,8 @@ pub(super) fn respond(law: &Ogden, flow: &Flow, trial: &Symmetric) -> Result<Str
     let mut tangent = [[0.0; 5]; 4];
     for k in 0..5 {
         let rate = [0, 1, 2].map(|a| principal_rates[a][k]);
-        let d = [0, 1, 2].map(|a| by_strain[(a, 0)] * rate[0] + by_strain[(a, 1)] * rate[1] + by_strain[(a, 2)] * rate[2]);
+        let d = [0, 1, 2]
+            .map(|a| by_strain[(a, 0)] * rate[0] + by_strain[(a, 1)] * rate[1] + by_strain[(a, 2)] * rate[2]);
         let shear = turning * (l12[k] * second + first * l21[k]);
         tangent[0][k] = cc * d[0] + ss * d[1] - 2.0 * cs * shear;
         tangent[1][k] = ss * d[0] + cc * d[1] + 2.0 * cs * shear;

@@ -25,9 +25,5 @@ pub(super) fn principal(law: &Ogden, strain: &[f64; 3]) -> Principal {
             stiffness[a][b] = mu * alpha * (same - (q[a] + q[b] - mean_q) / 3.0);
         }
     }
-    Principal {
-        stress: q.map(|q| mu * (q - mean_q)),
-        stiffness,
-        energy: 3.0 * mu / alpha * (mean_q - 1.0),
-    }
+    Principal { stress: q.map(|q| mu * (q - mean_q)), stiffness, energy: 3.0 * mu / alpha * (mean_q - 1.0) }
 }

@@ -95,7 +95,8 @@ impl Laws {
             return Err(Failure::Inverted);
         }
         let inverse = inverse(f);
-        let spring = branch::respond(&m.equilibrium, &Flow { per_stress: 0.0, thinning: None }, &push(f, &ONE))?;
+        let spring =
+            branch::respond(&m.equilibrium, &Flow { per_stress: 0.0, thinning: None }, &push(f, &ONE))?;
         let (mut tau, mut tangent) = (spring.tau, spring.tangent);
         for (i, b) in m.branches.iter().enumerate() {
             let start = formula.start(&point.last.viscous[i], &point.before.viscous[i]);
@@ -189,7 +190,11 @@ mod tests {
                 let (up, down) = (moved(1.0), moved(-1.0));
                 for i in 0..4 {
                     let slope = (up.tau[i] - down.tau[i]) / 2e-6;
-                    assert!((slope - here.tangent[i][k]).abs() < 2e-2, "{i} {k}: {slope} {}", here.tangent[i][k]);
+                    assert!(
+                        (slope - here.tangent[i][k]).abs() < 2e-2,
+                        "{i} {k}: {slope} {}",
+                        here.tangent[i][k]
+                    );
                 }
             }
         }
@@ -206,9 +211,18 @@ mod tests {
         let (n, dt) = (100, 0.01 * time);
         let mut tau = 0.0;
         for i in 0..n {
-            let formula = if i == 0 { Formula::first_order(1e-3 * dt) } else { Formula::second_order(dt, if i == 1 { 1e-3 * dt } else { dt }) };
+            let formula = if i == 0 {
+                Formula::first_order(1e-3 * dt)
+            } else {
+                Formula::second_order(dt, if i == 1 { 1e-3 * dt } else { dt })
+            };
             let mut now = Past::new(1);
-            tau = stress_of(&laws.respond(&f, Point { last: &last, before: &before }, &formula, 1.0, &mut now).unwrap().tau);
+            tau = stress_of(
+                &laws
+                    .respond(&f, Point { last: &last, before: &before }, &formula, 1.0, &mut now)
+                    .unwrap()
+                    .tau,
+            );
             before = std::mem::replace(&mut last, now);
         }
         let exact = 1e-4 * 0.5 * 161.0 * 2.97 * (-(n as f64 - 1.0) * 0.01f64).exp();
