@@ -32,6 +32,8 @@ const GROWTH: f64 = 1.8;
 const ERROR_SHARE: f64 = 0.25;
 /// Largest travel of a step over the punch's radius.
 const TRAVEL: f64 = 0.06;
+/// The same for a step in which contact begins or ends.
+const KINK_TRAVEL: f64 = 0.003;
 /// Steps after which a test is given up.
 const MOST_STEPS: usize = 20_000;
 
@@ -215,6 +217,12 @@ impl<'a> Drive<'a> {
                 &mut self.spare,
             )
             .map_err(|reason| (reason, 0.4))?;
+        // Where contact begins or ends the force has a kink: a step over it is short.
+        let touches = |m: &Memory| m.touches.iter().any(|t| t.closed);
+        let travel = (motion.at(time) - motion.at(now.time)).abs();
+        if touches(&self.last) != touches(&self.spare) && travel > KINK_TRAVEL * self.system.punch_radius {
+            return Err((Failure::TimeError, 0.3));
+        }
         let surface = self.system.surface(&x);
         let mark = Mark { time, force: solved.force, depth: solved.depth, surface, x };
         let error = (marks.len() == 3).then(|| {

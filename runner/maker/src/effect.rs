@@ -30,7 +30,7 @@ pub enum Effect {
     },
     /// Compressible skeleton: a logarithmic law of the pore volume with `lambda* = 1e5 Pa x 0.02^size`.
     LogarithmicSkeleton {
-        /// In the logarithm: 1 is 2000 Pa.
+        /// In the logarithm: 1 is 2000 Pa; much beyond, the specimen folds at the edge and has no solution.
         size: f64,
     },
     /// Softening with the largest energy that the equilibrium spring stored: stresses fall to `1 - 0.3 size` of theirs

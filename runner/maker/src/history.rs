@@ -49,7 +49,14 @@ impl History {
         let j = i.clamp(first + 1, last - 1);
         let (a, b) = (secant(j - 1), secant(j));
         let bend = (b - a) / (self.times[j + 1] - self.times[j - 1]);
-        a + bend * (2.0 * self.times[i] - self.times[j - 1] - self.times[j])
+        let slope = a + bend * (2.0 * self.times[i] - self.times[j - 1] - self.times[j]);
+        // No overshoot where contact begins or ends (Fritsch and Carlson): steep only with both neighbours.
+        let limit = |slope: f64, secant: f64| match slope * secant > 0.0 {
+            true => slope.signum() * slope.abs().min(3.0 * secant.abs()),
+            false => 0.0,
+        };
+        let left = if i > first { limit(slope, secant(i - 1)) } else { slope };
+        if i < last { limit(left, secant(i)) } else { left }
     }
 
     /// Force (N) at a time (s), by cubic interpolation within the piece; constant before and after.
