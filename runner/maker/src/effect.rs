@@ -36,7 +36,7 @@ pub enum Effect {
     /// Softening with the largest energy that the equilibrium spring stored: stresses fall to `1 - 0.3 size` of theirs
     /// around the energy of a strain of 0.2.
     EnergySoftening {
-        /// Times 0.3; at most 3.
+        /// Times 0.3; at most 2: what softens more has no stable equilibrium.
         size: f64,
     },
     /// Modulus drift that saturates: all moduli and viscosities times `1 + rate T (1 - exp(-t/T))`,

@@ -84,7 +84,7 @@ impl Setup {
             }
             Effect::EnergySoftening { size } => {
                 // The energy of an isochoric equivalent strain e is 3/2 G e^2.
-                self.softening = Some(Softening { loss: (0.3 * size).min(0.9), energy: 1.5 * 0.2 * 0.2 });
+                self.softening = Some(Softening { loss: (0.3 * size).min(0.6), energy: 1.5 * 0.2 * 0.2 });
             }
             Effect::SaturatingAgeing { size, time_s } => {
                 self.ageing.push((1e-4 * size * time_s, 0.0, time_s))
