@@ -9,7 +9,12 @@ use std::{
 fn main() {
     println!("cargo::rerun-if-changed=src");
     match env::var("CARGO_CFG_TARGET_OS").unwrap_or_default().as_str() {
-        // Hosts that link the library find it beside themselves, not where it was built.
+        // Hosts that link the library find it beside themselves, not where it was built. `lld` is the linker itself, others are
+        // compilers that pass words on to theirs.
+        "macos" if env::var("RUSTC_LINKER").is_ok_and(|linker| linker.ends_with("lld")) => {
+            println!("cargo::rustc-cdylib-link-arg=-install_name");
+            println!("cargo::rustc-cdylib-link-arg=@rpath/poropunch.dylib");
+        }
         "macos" => println!("cargo::rustc-cdylib-link-arg=-Wl,-install_name,@rpath/poropunch.dylib"),
         // zig does not get rustc's list of exports, and would export every function of the C library, too.
         "windows" if env::var("CARGO_CFG_TARGET_ENV").is_ok_and(|environment| environment == "gnu") => {

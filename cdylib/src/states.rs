@@ -84,3 +84,69 @@ pub unsafe fn deserialise(c: &mut Component, place: *const u8, size: usize, stat
     // SAFETY: not NULL, and the caller's promise.
     unsafe { write(state, c.keep(saved) as FmuState) }
 }
+
+/// Defines a version's functions for states: their names differ, their arguments do not.
+macro_rules! state_functions {
+    (
+        $get:ident, $set:ident, $free:ident, $size:ident, $serialise:ident, $deserialise:ident
+    ) => {
+        /// Copies the present state; an existing handle is overwritten, NULL gets a new one.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get(instance: *mut c_void, state: *mut FmuState) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe { call(instance, stringify!($get), ANY, |c| states::get(c, state)) }
+        }
+
+        /// Back to a saved state.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set(instance: *mut c_void, state: FmuState) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe { call(instance, stringify!($set), ANY, |c| states::set(c, state)) }
+        }
+
+        /// Frees a saved state and sets the handle to NULL; NULL is ignored.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $free(instance: *mut c_void, state: *mut FmuState) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe { call(instance, stringify!($free), ANY, |c| states::free(c, state)) }
+        }
+
+        /// Bytes that the next function will write.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $size(instance: *mut c_void, state: FmuState, size: *mut usize) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe { call(instance, stringify!($size), ANY, |c| states::size(c, state, size)) }
+        }
+
+        /// Writes a saved state, valid in another process and in the other version of FMI.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $serialise(
+            instance: *mut c_void,
+            state: FmuState,
+            bytes: *mut u8,
+            size: usize,
+        ) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe {
+                call(instance, stringify!($serialise), ANY, |c| states::serialise(c, state, bytes, size))
+            }
+        }
+
+        /// Reads a saved state into a new handle; corrupt bytes are an error.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $deserialise(
+            instance: *mut c_void,
+            serialized: *const u8,
+            size: usize,
+            state: *mut FmuState,
+        ) -> Status {
+            // SAFETY: see the top of this file.
+            unsafe {
+                call(instance, stringify!($deserialise), ANY, |c| {
+                    states::deserialise(c, serialized, size, state)
+                })
+            }
+        }
+    };
+}
+pub(crate) use state_functions;

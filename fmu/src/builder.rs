@@ -1,6 +1,7 @@
 //! From parameters and effects to the set-ups of specimen and load cell: the one place that knows both.
 
 use crate::contact::Adhesion;
+use crate::effect::{slip, softening};
 use crate::law::extensions::Extensions;
 use crate::law::softening::Softening;
 use crate::parameters::Parameters;
@@ -11,22 +12,22 @@ impl Parameters {
     /// The specimen under the punch, with the effects of specimen, contact and machine.
     pub fn setup(&self) -> Setup {
         let Self { material, geometry, indenter, boundary, solver, effect, .. } = self.clone();
-        let softening = effect.softening;
         Setup {
             extensions: Extensions {
                 amplitude: effect.amplitude.log_factor.exp(),
                 growth_rate: effect.modulus_drift.rate,
                 inverse_stress: effect.eyring.inverse_stress,
                 permeability_exponent: effect.permeability.exponent,
-                softening: (softening.loss != 0.0).then_some(Softening {
-                    loss: softening.loss,
-                    strain: softening.strain,
-                    delay: softening.delay,
+                softening: softening::EFFECT.acts(&effect).then_some(Softening {
+                    loss: effect.softening.loss,
+                    strain: effect.softening.strain,
+                    delay: effect.softening.delay,
                 }),
             },
             adhesion: Adhesion { strength: effect.adhesion.strength, opening: effect.adhesion.opening },
             // The optimiser may divide before it asks whether the layer is there.
-            shear_layer: (effect.slip.compliance != 0.0)
+            shear_layer: slip::EFFECT
+                .acts(&effect)
                 .then(|| 1.0 / effect.slip.compliance.max(f64::MIN_POSITIVE)),
             compliance: effect.compliance.per_newton,
             material,

@@ -5,6 +5,7 @@
 pub mod consolidation;
 pub mod half_space;
 pub mod layer;
+pub mod partial_slip;
 pub mod sphere;
 pub mod unconfined;
 

@@ -85,9 +85,12 @@ fn the_papers_first_cycle_is_amplitude_not_rate() {
 fn the_answer_does_not_know_the_key() {
     let d = directory();
     let (cases, key) = (d.path().join("cases"), d.path().join("key.json"));
+    let secret = d.path().join("secret.txt");
     let make =
-        ["challenge", "make", "--seed", "11", "--cases", "1", "--out", text(&cases), "--key", text(&key)];
-    succeed(&[&make[..], &["--mesh", "coarse"]].concat());
+        ["challenge", "make", "--seed", "11", "--cases", "1", "--ground", "near", "--out", text(&cases)];
+    succeed(&[&make[..], &["--key", text(&key), "--secret", text(&secret), "--mesh", "coarse"]].concat());
+    let message = fail(&score(&cases, &secret, &key));
+    assert!(message.contains("no answer yet") && message.contains("challenge answer"), "{message}");
     let answer = || -> Value {
         let answers = cases.join("answers");
         if answers.exists() {
@@ -104,13 +107,17 @@ fn the_answer_does_not_know_the_key() {
     let hidden = d.path().join("elsewhere.json");
     std::fs::rename(&key, &hidden).unwrap();
     assert_eq!(with_key, answer());
-    let message = fail(&["challenge", "score", text(&cases), "--key", text(&key)]);
+    let message = fail(&score(&cases, &secret, &key));
     assert!(message.contains("key.json"), "{message}");
-    let printed = succeed(&["challenge", "score", text(&cases), "--key", text(&hidden)]);
+    let printed = succeed(&score(&cases, &secret, &hidden));
     assert!(printed.contains("false accusations") && printed.contains("white-noise BIC"), "{printed}");
     std::fs::write(&hidden, "{}").unwrap();
-    let message = fail(&["challenge", "score", text(&cases), "--key", text(&hidden)]);
+    let message = fail(&score(&cases, &secret, &hidden));
     assert!(message.contains("not the key that was sealed"), "{message}");
+}
+
+fn score<'a>(cases: &'a Path, secret: &'a Path, key: &'a Path) -> [&'a str; 7] {
+    ["challenge", "score", text(cases), "--secret", text(secret), "--key", text(key)]
 }
 
 #[test]

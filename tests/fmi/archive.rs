@@ -3,7 +3,7 @@
 use super::support::{archive, fmu, get, initialise, own_library, python};
 use poropunch::model_description::{guid, xml};
 use runner::fmi::{Version, builtin_library};
-use runner::package::{lint, lint_description, lint_portable, write_archive};
+use runner::package::{lint, lint_description, write_archive};
 use std::io::Read;
 use std::path::Path;
 use std::process::Command;
@@ -15,7 +15,7 @@ fn fmpy_finds_no_problem() {
 
 #[test]
 fn our_lint_finds_no_problem() {
-    assert_eq!(lint(archive()).unwrap(), Vec::<String>::new());
+    assert_eq!(lint(archive()).unwrap().own, Vec::<String>::new());
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn the_lint_compares_starts_with_the_binary() {
     zip::ZipArchive::new(file).unwrap().extract(folder.path()).unwrap();
     let other = xml().replacen("start=\"0.032\"", "start=\"0.033\"", 1);
     std::fs::write(folder.path().join("modelDescription.xml"), other).unwrap();
-    let problems = lint(folder.path()).unwrap();
+    let problems = lint(folder.path()).unwrap().own;
     assert_eq!(problems, ["material.n0s: start is 0.033 in the description and 0.032 in the binary"]);
 }
 
@@ -93,7 +93,8 @@ fn checked(spoil: impl FnOnce(&Path)) -> Vec<String> {
         }
     }
     writer.finish().unwrap();
-    [lint(&path).unwrap(), lint_portable(&path).unwrap()].concat()
+    let found = lint(&path).unwrap();
+    [found.own, found.elsewhere].concat()
 }
 
 fn edited(root: &Path, from: &str, to: &str) {
@@ -216,12 +217,12 @@ fn our_lint_finds_what_is_wrong_with_the_files() {
     let copy = folder.path().join("copy.fmu");
     std::fs::copy(archive(), &copy).unwrap();
     std::fs::set_permissions(&copy, std::fs::Permissions::from_mode(0o600)).unwrap();
-    assert_eq!(lint(&copy).unwrap(), ["the archive has mode 600: others cannot read it"]);
+    assert_eq!(lint(&copy).unwrap().own, ["the archive has mode 600: others cannot read it"]);
 
     let unpacked = folder.path().join("unpacked");
     zip::ZipArchive::new(std::fs::File::open(archive()).unwrap()).unwrap().extract(&unpacked).unwrap();
     std::fs::remove_file(unpacked.join("documentation/licenses/third-party.txt")).unwrap();
-    let problems = lint(&unpacked).unwrap();
+    let problems = lint(&unpacked).unwrap().own;
     assert!(problems.iter().any(|p| p.contains("third-party.txt is missing")), "{problems:?}");
 }
 

@@ -48,7 +48,7 @@ fn number(arguments: &[&str]) -> f64 {
 #[test]
 fn a_validators_and_lint_find_no_problem() {
     assert_eq!(python3(&["validate", archive3().to_str().unwrap()]).trim(), "");
-    assert_eq!(lint(archive3()).unwrap(), Vec::<String>::new());
+    assert_eq!(lint(archive3()).unwrap().own, Vec::<String>::new());
 }
 
 #[test]

@@ -115,7 +115,8 @@ pub fn python3(arguments: &[&str]) -> String {
     script("fmi3.py", arguments)
 }
 
-fn script(name: &str, arguments: &[&str]) -> String {
+/// The same of another file beside it.
+pub fn script(name: &str, arguments: &[&str]) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let python = std::env::var_os("POROPUNCH_PYTHON").map_or(root.join(".venv/bin/python"), PathBuf::from);
     let ready = Command::new(&python).args(["-c", "import fmpy, lxml, numpy"]).output();

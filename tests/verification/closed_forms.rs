@@ -1,7 +1,7 @@
 //! The closed forms of `analytical/` against values that were published or computed independently (the project's verification list).
 
 use approx::assert_relative_eq;
-use tests::analytical::{consolidation, half_space, layer, sphere, unconfined};
+use tests::analytical::{consolidation, half_space, layer, partial_slip, sphere, unconfined};
 
 /// All published with four or five digits. Tolerance: one in the last.
 #[test]
@@ -37,6 +37,17 @@ fn limits() {
     // Without a flat part the rounded punch is a sphere while the contact is small.
     let (d, force) = half_space::rounded_punch(0.0, 1.0, 0.01);
     assert_relative_eq!(2.0 / 0.7 * force, half_space::sphere(1.0, 0.3, 1.0, d), max_relative = 1e-3);
+    // A face slips up to its middle without friction and sticks up to its edge with much; what the shear does to the pressure vanishes
+    // with Dundurs' constant.
+    let (stick, force) = partial_slip::flat_punch(0.2, 0.06);
+    assert!(stick < 0.02 && force < 1.01, "{stick} {force}");
+    let (stick, force) = partial_slip::flat_punch(0.2, 2.0);
+    let bonded = half_space::bonded_punch(1.0, 0.2, 1.0, 1.0) / half_space::flat_punch(1.0, 0.2, 1.0, 1.0);
+    assert!(stick > 0.999, "{stick}");
+    assert_relative_eq!(force, bonded, max_relative = 2e-3);
+    let friction = 0.8 * partial_slip::dundurs(0.49);
+    let (stick, _) = partial_slip::flat_punch(0.49, friction);
+    assert_relative_eq!(stick, partial_slip::uncoupled_stick_radius(0.49, friction), max_relative = 1e-3);
     // A disc that has not drained yet is incompressible: 3 G over E.
     assert_relative_eq!(unconfined::relaxation(0.1, 1e-4), 1.5 / 1.1, max_relative = 5e-3);
     // Late, the ramp's stresses are those of the drained strain; early, the sealed end carries none.

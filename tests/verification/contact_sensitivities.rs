@@ -15,7 +15,7 @@ use poropunch::motion::protocol::Trapezoid;
 use poropunch::parameters::{MeshPreset, TimeScheme};
 use poropunch::solver::newton::NewtonFailure;
 use poropunch::specimen::step::{Found, Start, Task};
-use poropunch::specimen::{Discretisation, Motion, Patience, Sample, State, Step, Stepper};
+use poropunch::specimen::{Discretisation, Lengths, Motion, Patience, Sample, State, Step, Stepper};
 use poropunch::{ForceSensitivity, Instance, Model, Parameters, Statistics};
 
 /// One step of a path, with everything that is needed to make it again.
@@ -44,8 +44,8 @@ impl Discretisation for Recorder {
     fn undeformed(&self, time: f64) -> State {
         self.stepper.undeformed(time)
     }
-    fn fits(&self, state: &State) -> bool {
-        self.stepper.fits(state)
+    fn lengths(&self) -> &Lengths {
+        self.stepper.lengths()
     }
     fn force_scale(&self) -> f64 {
         self.stepper.force_scale()
@@ -217,16 +217,42 @@ fn a_patch_that_yields() {
     assert!(steps.iter().any(Recorded::yields), "no patch yields");
 }
 
-/// The same in whole tests of six cycles: both protocols, bonded, frictionless and adhesive faces, weak friction, a
+/// Goal, reference and tolerance as for two cycles, where friction alone holds the face. Set-up: two cycles of P2 under a flat punch
+/// and a sphere, whose faces slip under pressure and stick anew, friction 0.3, one parameter of each law.
+#[test]
+fn partial_slip() {
+    for profile in [1.0, 2.0] {
+        let settings =
+            [("boundary.partial_slip", 1.0), ("boundary.friction", 0.3), ("indenter.profile", profile)];
+        let steps = case(Trapezoid::p2(), 2, MeshPreset::Coarse, &settings).check_some(
+            &[
+                MaterialParameter::LambdaStar,
+                MaterialParameter::Permeability,
+                MaterialParameter::Mu(Spring::Equilibrium),
+                MaterialParameter::Eta(1),
+            ],
+            1e-4,
+        );
+        let slides = |step: &Recorded, status| {
+            step.decisions.iter().flatten().any(|decision| decision.corners().contains(&status))
+        };
+        for status in [Status::PushedInwards, Status::PushedOutwards] {
+            assert!(steps.iter().any(|step| slides(step, status)), "nothing is {status:?}");
+        }
+    }
+}
+
+/// The same in whole tests of six cycles: both protocols, bonded, frictionless and adhesive faces, weak friction, partial slip, a
 /// curved face, a compliant machine, the effects of the specimen; on the coarse and the standard mesh.
 #[test]
 #[ignore = "long: 400 runs of six cycles"]
 fn whole_tests() {
-    let faces: [&[(&str, f64)]; 7] = [
+    let faces: [&[(&str, f64)]; 8] = [
         &[],
         &[("boundary.bonded_punch", 0.0)],
         &[("effect.adhesion.strength", 200.0)],
         &[("boundary.friction", 0.3)],
+        &[("boundary.friction", 0.3), ("boundary.partial_slip", 1.0)],
         &[("indenter.profile", 2.0), ("effect.adhesion.strength", 100.0)],
         &[("effect.compliance.per_newton", 2e-2), ("effect.slip.compliance", 1e-6)],
         &[

@@ -16,6 +16,7 @@ mod inf_sup;
 mod layer;
 mod manufactured;
 mod objectivity;
+mod partial_slip;
 mod profiles;
 mod punch_on_block;
 mod relaxation;

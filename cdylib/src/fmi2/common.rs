@@ -8,7 +8,7 @@ use crate::component::Component;
 use crate::guard::{self, Status, call, slice, text, texts, write_each};
 use crate::logger::Logger;
 use crate::phase::{ANY, GETTABLE, INITIALIZATION, INSTANTIATED, SETTABLE, STEP_COMPLETE};
-use crate::states::{self, FmuState};
+use crate::states::{self, FmuState, state_functions};
 use poropunch::model_description::guid;
 use poropunch::variables::Value;
 use std::ffi::{CString, c_char, c_int, c_void};
@@ -235,62 +235,9 @@ pub unsafe extern "C" fn fmi2SetString(
     }
 }
 
-/// Copies the present state; an existing handle is overwritten, NULL gets a new one.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(component: *mut c_void, state: *mut FmuState) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2GetFMUstate", ANY, |c| states::get(c, state)) }
-}
-
-/// Back to a saved state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(component: *mut c_void, state: FmuState) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2SetFMUstate", ANY, |c| states::set(c, state)) }
-}
-
-/// Frees a saved state and sets the handle to NULL; NULL is ignored.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(component: *mut c_void, state: *mut FmuState) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2FreeFMUstate", ANY, |c| states::free(c, state)) }
-}
-
-/// Bytes that `fmi2SerializeFMUstate` will write.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
-    component: *mut c_void,
-    state: FmuState,
-    size: *mut usize,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2SerializedFMUstateSize", ANY, |c| states::size(c, state, size)) }
-}
-
-/// Writes a saved state, valid in another process.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    component: *mut c_void,
-    state: FmuState,
-    bytes: *mut u8,
-    size: usize,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2SerializeFMUstate", ANY, |c| states::serialise(c, state, bytes, size)) }
-}
-
-/// Reads a saved state into a new handle; corrupt bytes are an error.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    component: *mut c_void,
-    serialized: *const u8,
-    size: usize,
-    state: *mut FmuState,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2DeSerializeFMUstate", ANY, |c| states::deserialise(c, serialized, size, state))
-    }
+state_functions! {
+    fmi2GetFMUstate, fmi2SetFMUstate, fmi2FreeFMUstate, fmi2SerializedFMUstateSize, fmi2SerializeFMUstate,
+    fmi2DeSerializeFMUstate
 }
 
 /// Not offered (`providesDirectionalDerivative` is false).

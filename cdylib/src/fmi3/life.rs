@@ -9,7 +9,7 @@ use crate::component::Component;
 use crate::guard::{self, Status, call, slice, text, texts};
 use crate::logger::Logger;
 use crate::phase::{ANY, CONFIGURATION, EVENT, INITIALIZATION, INSTANTIATED, Phase, RUNNING, STEP_COMPLETE};
-use crate::states::{self, FmuState};
+use crate::states::{self, FmuState, state_functions};
 use poropunch::model_description::fmi3::instantiation_token;
 use poropunch::variables::by_name;
 use std::ffi::{c_char, c_void};
@@ -200,60 +200,7 @@ phase! {
     };
 }
 
-/// Copies the present state; an existing handle is overwritten, NULL gets a new one.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(instance: *mut c_void, state: *mut FmuState) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(instance, "fmi3GetFMUState", ANY, |c| states::get(c, state)) }
-}
-
-/// Back to a saved state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(instance: *mut c_void, state: FmuState) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(instance, "fmi3SetFMUState", ANY, |c| states::set(c, state)) }
-}
-
-/// Frees a saved state and sets the handle to NULL; NULL is ignored.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(instance: *mut c_void, state: *mut FmuState) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(instance, "fmi3FreeFMUState", ANY, |c| states::free(c, state)) }
-}
-
-/// Bytes that `fmi3SerializeFMUState` will write.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
-    instance: *mut c_void,
-    state: FmuState,
-    size: *mut usize,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(instance, "fmi3SerializedFMUStateSize", ANY, |c| states::size(c, state, size)) }
-}
-
-/// Writes a saved state, valid in another process, and in an FMU of FMI 2.0 of the same version.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializeFMUState(
-    instance: *mut c_void,
-    state: FmuState,
-    bytes: *mut u8,
-    size: usize,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(instance, "fmi3SerializeFMUState", ANY, |c| states::serialise(c, state, bytes, size)) }
-}
-
-/// Reads a saved state into a new handle; corrupt bytes are an error.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DeserializeFMUState(
-    instance: *mut c_void,
-    serialized: *const u8,
-    size: usize,
-    state: *mut FmuState,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(instance, "fmi3DeserializeFMUState", ANY, |c| states::deserialise(c, serialized, size, state))
-    }
+state_functions! {
+    fmi3GetFMUState, fmi3SetFMUState, fmi3FreeFMUState, fmi3SerializedFMUStateSize, fmi3SerializeFMUState,
+    fmi3DeserializeFMUState
 }

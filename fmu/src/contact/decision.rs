@@ -99,16 +99,18 @@ impl Surface {
         let reactions = contact.closed(patch).map(|k| self.reaction(k, contact, trial));
         let pulled = reactions.clone().any(|(_, pressure)| pressure < -trial.slack.force);
         let (shear, pressure) = reactions.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
+        let exceeds = shear.abs() > friction * pressure + trial.slack.force;
+        let slides = if shear > 0.0 { Status::PushedOutwards } else { Status::PushedInwards };
+        if self.partial_slip {
+            // What is pulled opens; on the axis there is no shear.
+            return (exceeds && !pulled && patch.start > 0).then_some((slides, true));
+        }
         let loose = |k: usize| k < self.face_corners && contact.corners[k] != Status::Held;
         let at_open_edge =
             patch.start.checked_sub(1).is_some_and(loose) || loose(patch.end) || patch.clone().any(loose);
-        let exceeds = shear.abs() > friction * pressure + trial.slack.force;
         match (pulled, exceeds) {
             (true, false) => Some((Status::Yields, true)),
-            (_, true) if pulled || at_open_edge => {
-                let outwards = shear > 0.0;
-                Some((if outwards { Status::PushedOutwards } else { Status::PushedInwards }, pulled))
-            }
+            (_, true) if pulled || at_open_edge => Some((slides, pulled)),
             _ => None,
         }
     }
@@ -125,7 +127,8 @@ impl Surface {
 
     /// Decides which corners open where they are pulled, close where they pass through the face, or slide. A corner
     /// that opened within the stage, which `past` tells, does not close again in it, and a patch slides at most
-    /// once. What begins or ends to slide under pressure does so from the next stage on.
+    /// once. What begins or ends to slide under pressure does so from the next stage on; where friction alone holds the
+    /// face it begins at once.
     pub fn decide(&self, before: &Contact, trial: &Trial<'_>, past: &mut Past) -> Decision {
         let mut corners = before.corners.clone();
         let mut solve_again = false;

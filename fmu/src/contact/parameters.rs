@@ -67,9 +67,11 @@ pub struct BoundaryParameters {
     pub drained_punch: bool,
     /// u_r = 0 under the punch (full adhesion); otherwise frictionless.
     pub bonded_punch: bool,
-    /// Friction coefficient of a bonded punch [-]: the bond fails beside an open part of the face where the
-    /// shear exceeds this times the pressure.
+    /// Friction coefficient of a bonded punch [-]: the bond fails beside an open part of the face - with `partial_slip`
+    /// everywhere - where the shear exceeds this times the pressure.
     pub friction: f64,
+    /// Friction alone holds a bonded punch: Coulomb's law at every corner of the face, under pressure, too.
+    pub partial_slip: bool,
     /// u_r = 0 on the bottom (glued); otherwise it slides on its support.
     pub bonded_bottom: bool,
     /// u_r = 0 on the lateral surface (sample in a smooth rigid ring); otherwise it is free.
@@ -85,6 +87,7 @@ impl Default for BoundaryParameters {
             drained_punch: false,
             bonded_punch: true,
             friction: 1.0,
+            partial_slip: false,
             bonded_bottom: true,
             confined_side: false,
         }

@@ -117,6 +117,11 @@ impl Contact {
             && self.held == other.held
     }
 
+    /// Numbers of its entries.
+    pub fn lengths(&self) -> [usize; 4] {
+        [self.corners.len(), self.middles.len(), self.held.len(), self.yielding.len()]
+    }
+
     /// The corners, from the axis outwards.
     pub fn corners(&self) -> &[Status] {
         &self.corners

@@ -15,6 +15,9 @@
 //! edge would be squeezed if they slid one by one. Where a corner is pulled that friction could hold, the patch yields
 //! for one stage under the shear that it has: the shear spreads in proportion to the pressure, and none is let go.
 //!
+//! Partial slip: a face that friction alone holds has no such bond. Coulomb's law then acts corner by corner, under
+//! pressure, too: a corner slides as soon as the shear exceeds the friction, and is held again where its motion turned.
+//!
 //! Under a platen the free side of a bonded sample folds over: from the rims on it lies down on the platen and on the
 //! support. Its corners follow those of the face; one that touches a plate sticks (slides on a frictionless one) until
 //! it is pulled.
@@ -72,6 +75,8 @@ pub struct Surface {
     pub(super) adhesion: Adhesion,
     /// Friction coefficient of a bonded face; a frictionless one has none.
     pub(super) friction: Option<f64>,
+    /// Whether friction alone holds the face: it slides under pressure, too.
+    pub(super) partial_slip: bool,
     /// Corners that slide together.
     pub(super) patches: Vec<Range<usize>>,
     /// Length of the surface that each corner stands for (m).
@@ -134,8 +139,21 @@ impl Surface {
         let sides = geometry.face.iter().map(before).collect();
         let corners: Vec<f64> = nodes.iter().step_by(2).map(|n| n.radius).collect();
         let friction = boundary.bonded_punch.then_some(boundary.friction);
-        let (patches, lengths) = (patches(&corners[..face_corners]), lengths(&corners));
-        Self { nodes, face_corners, in_mesh_order, profile, adhesion, friction, patches, lengths, sides }
+        let partial_slip = boundary.partial_slip;
+        let patches = if partial_slip { one_by_one(face_corners) } else { patches(&corners[..face_corners]) };
+        let lengths = lengths(&corners);
+        Self {
+            nodes,
+            face_corners,
+            in_mesh_order,
+            profile,
+            adhesion,
+            friction,
+            partial_slip,
+            patches,
+            lengths,
+            sides,
+        }
     }
 
     /// Corners that slide together.
@@ -176,15 +194,6 @@ impl Surface {
             held: vec![0.0; self.nodes.len()],
             yielding: vec![0.0; self.lengths.len()],
         }
-    }
-
-    /// Whether a contact has this surface's number of nodes.
-    pub fn fits(&self, contact: &Contact) -> bool {
-        let corners = self.lengths.len();
-        contact.held.len() == self.nodes.len()
-            && contact.corners.len() == corners
-            && contact.middles.len() + 1 == corners
-            && contact.yielding.len() == corners
     }
 
     /// Profile of the punch's face.
@@ -280,6 +289,11 @@ impl Surface {
         }
         (radial, pressure)
     }
+}
+
+/// Every corner by itself.
+fn one_by_one(corners: usize) -> Vec<Range<usize>> {
+    (0..corners).map(|k| k..k + 1).collect()
 }
 
 /// Corners in patches of at least [`PATCH`] of the outermost radius, gathered from the edge inwards.

@@ -11,7 +11,10 @@ use crate::parameters::Parameters;
 
 /// A bonded flat punch on the undeformed sample, and the number of unknowns.
 fn touched() -> (Surface, Contact, usize) {
-    let p = Parameters::default();
+    touched_by(&Parameters::default())
+}
+
+fn touched_by(p: &Parameters) -> (Surface, Contact, usize) {
     let mesh = Mesh::new(&p.geometry, &p.mesh);
     let geometry = Geometry::new(&mesh);
     let surface = Surface::new(&mesh, &geometry, &p.boundary, Profile::Flat, Adhesion::NONE);
@@ -89,4 +92,31 @@ fn a_closed_face_is_bonded() {
     let (rest, sheared) = (vec![0.0; unknowns], forces(&surface, unknowns, 3.0, -1.0));
     assert!(!change(&surface, &mut contact, &mut surface.no_past(), (&rest, &rest, &sheared)));
     assert!(contact.corners().iter().all(|status| *status == Status::Held));
+}
+
+/// Where friction alone holds the face, a corner slides at once when its shear exceeds the friction, by itself and under pressure, and is
+/// held again where its motion turned; what is pulled opens.
+#[test]
+fn friction_alone_holds_corner_by_corner() {
+    let mut p = Parameters::default();
+    (p.boundary.partial_slip, p.boundary.friction) = (true, 0.5);
+    let (surface, mut contact, unknowns) = touched_by(&p);
+    let edge = surface.nodes().len() - 1;
+    let [slips, sticks] = [edge / 2 - 1, edge / 2 - 2];
+    let (rest, mut sheared) = (vec![0.0; unknowns], forces(&surface, unknowns, 0.0, 0.5));
+    sheared[surface.nodes()[2 * slips].radial] = -0.51;
+    sheared[surface.nodes()[2 * sticks].radial] = -0.49;
+    let mut past = surface.no_past();
+    assert!(change(&surface, &mut contact, &mut past, (&rest, &rest, &sheared)));
+    assert_eq!(contact.corners()[slips..], [Status::PushedInwards, Status::Open]);
+    assert!(contact.corners()[..slips].iter().all(|status| *status == Status::Held));
+    assert_eq!(surface.friction(2 * slips, &contact), -0.5);
+
+    let (mut moved, radial) = (rest.clone(), surface.nodes()[2 * slips].radial);
+    moved[radial] = 1e-6;
+    assert!(!change(&surface, &mut contact, &mut past, (&rest, &moved, &sheared)));
+    assert_eq!(contact.corners()[slips], Status::PushedInwards, "it moves against the friction");
+    moved[radial] = -1e-6;
+    assert!(!change(&surface, &mut contact, &mut past, (&rest, &moved, &sheared)));
+    assert_eq!((contact.corners()[slips], contact.held[2 * slips]), (Status::Held, -1e-6));
 }

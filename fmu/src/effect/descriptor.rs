@@ -1,5 +1,8 @@
 //! What an effect declares about itself: static data for screening, reports and documentation.
 
+use super::parameter::Access;
+use super::{EffectParameters, PARAMETERS};
+
 /// Where in the force's way an effect acts; the order is that in which they act.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
@@ -114,6 +117,24 @@ pub struct Effect {
     pub mimics: &'static [&'static str],
 }
 
+impl Effect {
+    /// The parameter by which it acts: one that measures its magnitude and is not at its null.
+    pub fn acting(&self, effects: &EffectParameters) -> Option<&'static str> {
+        let mut magnitudes =
+            self.variants.iter().flat_map(|v| v.settings).filter(|s| s.course != Course::Switch);
+        let differs = |setting: &&Setting| {
+            let declared = PARAMETERS.iter().copied().flatten().find(|p| p.name == setting.parameter);
+            matches!(declared.map(|p| p.access), Some(Access::Real { get, .. }) if get(effects) != setting.null)
+        };
+        magnitudes.find(differs).map(|setting| setting.parameter)
+    }
+
+    /// Whether it acts.
+    pub fn acts(&self, effects: &EffectParameters) -> bool {
+        self.acting(effects).is_some()
+    }
+}
+
 pub(super) const fn linear(parameter: &'static str, null: f64, probe: f64) -> Setting {
     Setting { parameter, null, probe, course: Course::Linear }
 }
@@ -156,5 +177,15 @@ mod tests {
         }
         assert_eq!(linear("a", 2.0, 5.0).at(-1.0), -1.0);
         assert_eq!(geometric("a", -2.0, -8.0).at(0.5), -4.0);
+    }
+
+    #[test]
+    fn an_effect_acts_where_its_magnitude_is_not_null() {
+        let mut effects = EffectParameters::default();
+        effects.softening.delay = 20.0;
+        assert_eq!(crate::effect::softening::EFFECT.acting(&effects), None);
+        effects.softening.loss = 0.1;
+        assert_eq!(crate::effect::softening::EFFECT.acting(&effects), Some("effect.softening.loss"));
+        assert!(!crate::effect::slip::EFFECT.acts(&effects));
     }
 }

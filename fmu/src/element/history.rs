@@ -41,10 +41,8 @@ impl History {
         self.cv_inverse.as_chunks_mut().0
     }
 
-    /// Whether another history has as many points and tensors.
-    pub fn fits(&self, other: &Self) -> bool {
-        self.jacobian.len() == other.jacobian.len()
-            && self.cv_inverse.len() == other.cv_inverse.len()
-            && self.past_strain.len() == other.past_strain.len()
+    /// Numbers of its entries.
+    pub fn lengths(&self) -> [usize; 3] {
+        [self.jacobian.len(), self.cv_inverse.len(), self.past_strain.len()]
     }
 }

@@ -35,11 +35,9 @@ impl HistorySensitivity {
         }
     }
 
-    /// Whether another one has as many parameters, points and tensors.
-    pub fn fits(&self, other: &Self) -> bool {
-        self.jacobian.len() == other.jacobian.len()
-            && self.cv_inverse.len() == other.cv_inverse.len()
-            && self.past_strain.len() == other.past_strain.len()
+    /// Numbers of its entries.
+    pub fn lengths(&self) -> [usize; 3] {
+        [self.jacobian.len(), self.cv_inverse.len(), self.past_strain.len()]
     }
 
     /// The same of a material that softens with past strain, where `softens` says so.

@@ -3,6 +3,7 @@
 mod interpolation;
 pub mod path;
 pub mod protocol;
+mod step_control;
 pub mod stops;
 #[cfg(test)]
 mod tests;

@@ -9,27 +9,16 @@
 //! the surface, and the last one before the punch lands is as long as it takes to touch.
 
 use super::interpolation::Node;
+use super::step_control::{self, STANDING, first_step};
 use super::stops::{Reached, Stops};
 use crate::error::StepError;
 use crate::outputs::{Outputs, Statistics};
 use crate::sensor::{LoadCell, LoadCellParameters};
 use crate::solver::parameters::SolverParameters;
 use crate::specimen::{Discretisation, Motion, Patience, State};
-use libm::cbrt;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A step grows by at most this factor.
-const MAX_GROWTH: f64 = 2.0;
-/// A step shrinks, after an excessive error, by at most this factor.
-const MAX_SHRINK: f64 = 0.25;
-/// Ratio of the error to the misfit of the extrapolation: 0.04 for an SDIRK2 step, and up to this for the
-/// interpolation between its ends.
-const ERROR_CONSTANT: f64 = 0.1;
-/// A step is repeated when its estimated error exceeds the tolerance by this factor.
-const REJECT: f64 = 8.0;
-/// Where a communication point follows close behind a touch, the first step is still this fraction of the free one.
-const LEAST_FIRST: f64 = 0.125;
 /// No step moves the punch by more than this fraction of its radius.
 const MAX_TRAVEL: f64 = 0.1;
 /// Steps below this fraction of the first one are hopeless.
@@ -40,11 +29,6 @@ const SHORT: f64 = 1e-2;
 const AWAY: f64 = -1e3;
 /// The punch has landed when its gap is below this fraction of the initial increment.
 const LANDED: f64 = 0.05;
-/// A slower punch stands still (m/s): hosts that trap floating-point exceptions see no division by zero, not even
-/// one that the optimiser makes before its condition.
-const STANDING: f64 = 1e-30;
-/// A smaller error of a step is none.
-const NO_ERROR: f64 = 1e-12;
 /// Times this close to each other, relative to them, are one.
 const ROUNDING: f64 = 1e-14;
 /// Nodes kept for interpolation.
@@ -111,18 +95,16 @@ impl Path {
 
     /// Whether the state belongs to the stepper's mesh and material.
     pub fn fits(&self, stepper: &dyn Discretisation) -> bool {
-        stepper.fits(&self.base) && self.ahead.as_ref().is_none_or(|a| stepper.fits(a))
+        let fits = |state: &State| state.lengths() == *stepper.lengths();
+        fits(&self.base) && self.ahead.as_deref().is_none_or(fits)
     }
 
     /// Whether steps from here go on in time: what a path from elsewhere need not.
     pub fn is_sound(&self) -> bool {
         let Piece { start_time, start, velocity } = self.piece;
         let times: Vec<f64> = self.nodes.iter().map(|node| node.time).collect();
-        let mut numbers = [start_time, start, velocity, self.origin, self.largest_force, self.deepest]
-            .into_iter()
-            .chain([self.base.time])
-            .chain(times.iter().copied());
-        numbers.all(f64::is_finite)
+        let numbers = [start_time, start, velocity, self.origin, self.largest_force, self.deepest];
+        numbers.iter().chain([&self.base.time]).chain(&times).all(|number| number.is_finite())
             && self.ahead.as_ref().is_none_or(|ahead| ahead.time > self.base.time)
             && self.next_step > 0.0
             && self.first_step > 0.0
@@ -316,13 +298,13 @@ impl Path {
             let force = state.outputs.force;
             let scale = force.abs().max(0.1 * self.largest_force).max(1e-3 * stepper.force_scale());
             let misfit = self.misfit(&state, force, |node| node.outputs.force);
-            let error = misfit.map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
+            let error = misfit.map(|m| step_control::error(m, scale, solver.tolerance));
             // A change of contact is a kink that no step resolves: it need not become shorter than the first.
             let changed = !state.touches_as(&self.base);
             let shortest = if changed { self.first_step } else { MIN_FRACTION * self.first_step };
-            if let Some(error) = error.filter(|&e| e > REJECT && dt > shortest) {
+            if let Some(error) = error.filter(|&e| step_control::is_excessive(e) && dt > shortest) {
                 statistics.cuts += 1;
-                dt *= (0.8 / cbrt(error)).max(MAX_SHRINK);
+                dt *= step_control::shrinkage(error);
                 continue;
             }
             self.largest_force = self.largest_force.max(force.abs());
@@ -348,10 +330,12 @@ impl Path {
         loop {
             let state = self.attempt(stepper, (AWAY, 0.0), &mut dt, statistics)?;
             let misfit = self.misfit(&state, state.touch.level, |node| node.level);
-            let error = misfit.map(|m| ERROR_CONSTANT * m / (scale * solver.tolerance));
-            if let Some(error) = error.filter(|&e| e > REJECT && dt > MIN_FRACTION * self.first_step) {
+            let error = misfit.map(|m| step_control::error(m, scale, solver.tolerance));
+            if let Some(error) =
+                error.filter(|&e| step_control::is_excessive(e) && dt > MIN_FRACTION * self.first_step)
+            {
                 statistics.cuts += 1;
-                dt *= (0.8 / cbrt(error)).max(MAX_SHRINK);
+                dt *= step_control::shrinkage(error);
                 continue;
             }
             let left = self.gap(&state);
@@ -367,10 +351,8 @@ impl Path {
 
     /// Takes a state as the next one.
     fn accept(&mut self, state: State, dt: f64, error: Option<f64>, statistics: &mut Statistics) {
-        let growth =
-            error.map_or(MAX_GROWTH, |e| (0.9 / cbrt(e.max(NO_ERROR))).clamp(MAX_SHRINK, MAX_GROWTH));
         statistics.steps += 1;
-        self.next_step = dt * growth;
+        self.next_step = dt * step_control::growth(error);
         if !state.touches_as(&self.base) {
             let before = Node::of(&self.base);
             self.start_anew(before);
@@ -397,6 +379,14 @@ impl Path {
     ) -> Result<State, StepError> {
         let base = &self.base;
         loop {
+            // A state of somebody's making may ask for shorter and shorter steps without end.
+            if *dt <= ROUNDING * base.time.abs() {
+                return Err(StepError::NoConvergence {
+                    time: base.time,
+                    step_size: *dt,
+                    reason: "the step is too short to go on in time".to_owned(),
+                });
+            }
             let patience = if *dt < SHORT * self.first_step { Patience::Much } else { Patience::Little };
             match stepper.step(base, Motion { start, velocity }, *dt, patience, statistics) {
                 Ok(step) => return Ok(step.state),
@@ -414,15 +404,4 @@ impl Path {
             }
         }
     }
-}
-
-/// Length of the first step (s) after the velocity changed by `change` (m/s), or after a touch at that velocity,
-/// `left` (s) before a communication point.
-///
-/// Half of what is left, for between the first two nodes there is only a line; but where next to nothing is left
-/// after a touch, not so short that many steps had to grow out of it.
-fn first_step(solver: &SolverParameters, change: f64, left: f64, is_touch: bool) -> f64 {
-    let free = solver.initial_increment / change.max(STANDING);
-    let least = if is_touch && change > STANDING { LEAST_FIRST * free } else { 0.0 };
-    free.min((0.5 * left).max(least))
 }

@@ -17,7 +17,7 @@ use crate::solver::newton::{self, Aim, NewtonFailure, System, Workspace};
 use crate::solver::parameters::TimeScheme;
 use crate::specimen::extrapolation::Extrapolation;
 use crate::specimen::step::{Found, Start, Task};
-use crate::specimen::{Discretisation, State};
+use crate::specimen::{Discretisation, Lengths, State};
 use std::sync::Arc;
 
 /// Loosest reduction of a linear residual: a Newton correction need be no better than that far from the solution.
@@ -39,6 +39,7 @@ pub struct SolidStepper {
     work: Workspace,
     raw_residual: Vec<f64>,
     residual_norms: Vec<f64>,
+    lengths: Lengths,
 }
 
 impl SolidStepper {
@@ -51,7 +52,7 @@ impl SolidStepper {
         let scale = |pressure| if pressure { stress_scale } else { length_scale };
         let conditions = Conditions::new(&sample.mesh, &parameters.boundary);
         let unknowns = sample.mesh.unknowns();
-        Self {
+        let mut stepper = Self {
             material: SolidMaterial::new(m),
             fixed: conditions.unknowns.iter().map(|c| *c != Condition::Free).collect(),
             conditions,
@@ -64,8 +65,11 @@ impl SolidStepper {
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
             raw_residual: vec![0.0; unknowns],
             residual_norms: Vec::new(),
+            lengths: Lengths::default(),
             sample,
-        }
+        };
+        stepper.lengths = stepper.undeformed(0.0).lengths();
+        stepper
     }
 
     /// Norms of the dimensionless residual in the iterations of the last stage.
@@ -192,13 +196,8 @@ impl Discretisation for SolidStepper {
         }
     }
 
-    fn fits(&self, state: &State) -> bool {
-        let own = self.undeformed(0.0);
-        state.x.len() == own.x.len()
-            && state.trend.unknowns() == own.x.len()
-            && state.history.fits(&own.history)
-            && state.contact == own.contact
-            && state.sensitivity.is_none()
+    fn lengths(&self) -> &Lengths {
+        &self.lengths
     }
 
     fn force_scale(&self) -> f64 {

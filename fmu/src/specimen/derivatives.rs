@@ -58,12 +58,10 @@ impl Sensitivity {
         self
     }
 
-    /// Whether another one has as many parameters, points and nodes.
-    pub fn fits(&self, other: &Self) -> bool {
-        self.history.fits(&other.history)
-            && self.contact.held.len() == other.contact.held.len()
-            && self.contact.yielding.len() == other.contact.yielding.len()
-            && self.forces.len() == other.forces.len()
+    /// Numbers of its entries.
+    pub fn lengths(&self) -> [usize; 6] {
+        let ([jacobian, cv_inverse, past_strain], contact) = (self.history.lengths(), &self.contact);
+        [jacobian, cv_inverse, past_strain, contact.held.len(), contact.yielding.len(), self.forces.len()]
     }
 }
 

@@ -19,9 +19,9 @@ impl Extrapolation {
         Self { rate: vec![0.0; unknowns], acceleration: vec![0.0; unknowns], interval: 0.0 }
     }
 
-    /// Number of unknowns.
-    pub fn unknowns(&self) -> usize {
-        self.rate.len()
+    /// Numbers of rates and of their changes.
+    pub fn lengths(&self) -> [usize; 2] {
+        [self.rate.len(), self.acceleration.len()]
     }
 
     /// Moves `x` along the parabola to the time `ahead` (s) later.

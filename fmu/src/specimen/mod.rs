@@ -20,6 +20,6 @@ mod system;
 pub use derivatives::Sensitivity;
 pub use sample::Sample;
 pub use setup::Setup;
-pub use state::State;
+pub use state::{Lengths, State};
 pub use step::{Discretisation, Motion, Patience, Step};
 pub use stepper::Stepper;

@@ -1,13 +1,17 @@
-//! One implicit stage: equilibrium and contact in turns, then what follows from them.
+//! One implicit stage of the axisymmetric specimen: equilibrium and contact in turns, then what follows from them.
 
-use super::derivatives::{ContactSensitivity, Converged};
+use super::derivatives::{ContactSensitivity, Converged, Sensitivity};
+use super::extrapolation::Extrapolation;
+use super::state::{Lengths, State};
 use super::step::{Discretisation, Found, Start, Task};
 use super::stepper::Stepper;
 use crate::contact::decision::{Decision, Slack, Trial};
-use crate::contact::status::Contact;
-use crate::element::{Inadmissible, Stage};
-use crate::outputs::Statistics;
+use crate::contact::{Contact, Touch};
+use crate::element::{Inadmissible, Stage, undeformed};
+use crate::law::PointMaterial;
+use crate::outputs::{Outputs, Statistics};
 use crate::solver::newton::NewtonFailure;
+use crate::solver::parameters::TimeScheme;
 
 /// A pull below this fraction of the force scale opens no node.
 const NEGLIGIBLE_PULL: f64 = 1e-7;
@@ -27,15 +31,60 @@ struct Settled {
     remembered: Option<ContactSensitivity>,
 }
 
-impl Stepper {
-    /// Solves one stage; see [`Discretisation::solve`].
-    pub(super) fn solve_stage(
+impl Discretisation for Stepper {
+    fn undeformed(&self, time: f64) -> State {
+        let (unknowns, elements) = (self.sample.mesh.unknowns(), self.sample.mesh.elements.len());
+        let (branches, nodes) = (self.material.branches(), self.surface.nodes().len());
+        let (x, contact) = (vec![0.0; unknowns], self.surface.touched());
+        let softens = self.material.softening.is_some();
+        State {
+            time,
+            touch: self.surface.touch(&contact, &x),
+            contact,
+            x,
+            trend: Extrapolation::at_rest(unknowns),
+            history: undeformed(elements, branches).remembering(softens),
+            outputs: Outputs::default(),
+            sensitivity: self
+                .sensitivities
+                .then(|| Sensitivity::undeformed(elements, branches, nodes).remembering(softens)),
+        }
+    }
+
+    fn lengths(&self) -> &Lengths {
+        &self.lengths
+    }
+
+    fn force_scale(&self) -> f64 {
+        self.stress_scale * self.length_scale * self.length_scale
+    }
+
+    fn separates(&self) -> bool {
+        true
+    }
+
+    fn scheme(&self) -> TimeScheme {
+        self.scheme
+    }
+
+    fn compliance(&self) -> f64 {
+        self.compliance
+    }
+
+    fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
+        self.surface.touch(contact, x)
+    }
+
+    fn solve(
         &mut self,
         start: &Start<'_>,
         guess: &[f64],
         task: &Task<'_>,
         statistics: &mut Statistics,
     ) -> Result<Found, NewtonFailure> {
+        if let Some((material, extensions)) = &self.drifting {
+            self.material = PointMaterial::extended(material, extensions, task.time);
+        }
         let settled = self.settle(start, guess, task, statistics)?;
         let Settled { x, contact, next, decisions, remembered } = settled;
         let reaction = self.conditions.reaction(&self.raw_residual);
@@ -56,7 +105,9 @@ impl Stepper {
         };
         Ok(Found { x, contact, next, decisions, reaction, face, integrals, history, sensitivity })
     }
+}
 
+impl Stepper {
     /// Solves with the nodes in contact, and again with others, until the surface lets them stand; leaves the nodal
     /// forces in `raw_residual`.
     fn settle(

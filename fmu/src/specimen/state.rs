@@ -29,7 +29,27 @@ pub struct State {
     pub sensitivity: Option<Sensitivity>,
 }
 
+/// Numbers of entries of a state: those of one discretisation and set of parameters are the same.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Lengths {
+    unknowns: [usize; 3],
+    history: [usize; 3],
+    contact: [usize; 4],
+    sensitivity: Option<[usize; 6]>,
+}
+
 impl State {
+    /// Its numbers of entries.
+    pub fn lengths(&self) -> Lengths {
+        let [rates, accelerations] = self.trend.lengths();
+        Lengths {
+            unknowns: [self.x.len(), rates, accelerations],
+            history: self.history.lengths(),
+            contact: self.contact.lengths(),
+            sensitivity: self.sensitivity.as_ref().map(Sensitivity::lengths),
+        }
+    }
+
     /// Whether the same nodes are in contact, held where they were, or sliding; the force then has no kink.
     pub fn touches_as(&self, other: &Self) -> bool {
         self.contact.touches_as(&other.contact)

@@ -2,7 +2,7 @@
 
 use super::derivatives::Sensitivity;
 use super::extrapolation::Extrapolation;
-use super::state::State;
+use super::state::{Lengths, State};
 use crate::contact::decision::Decision;
 use crate::contact::status::Contact;
 use crate::contact::surface::Touch;
@@ -101,8 +101,8 @@ pub trait Discretisation {
     /// The undeformed specimen.
     fn undeformed(&self, time: f64) -> State;
 
-    /// Whether a state has this discretisation's numbers of unknowns and history tensors.
-    fn fits(&self, state: &State) -> bool;
+    /// Numbers of entries of its states.
+    fn lengths(&self) -> &Lengths;
 
     /// A force that matters (N): the stress scale over the punch's area.
     fn force_scale(&self) -> f64;

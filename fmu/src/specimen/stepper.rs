@@ -1,20 +1,16 @@
 //! The axisymmetric specimen of one instance: what its stages are solved with.
 
-use super::derivatives::Sensitivity;
-use super::extrapolation::Extrapolation;
 use super::sample::Sample;
 use super::setup::Setup;
-use super::state::State;
-use super::step::{Discretisation, Found, Start, Task};
+use super::state::Lengths;
+use super::step::Discretisation;
 use crate::contact::parameters::BoundaryParameters;
-use crate::contact::{Conditions, Contact, Profile, Surface, Touch};
-use crate::element::undeformed;
+use crate::contact::{Conditions, Profile, Surface};
 use crate::law::PointMaterial;
 use crate::law::extensions::Extensions;
 use crate::law::parameters::MaterialParameters;
-use crate::outputs::{Outputs, Statistics};
 use crate::solver::linear::LinearSolver;
-use crate::solver::newton::{NewtonFailure, Workspace};
+use crate::solver::newton::Workspace;
 use crate::solver::parameters::TimeScheme;
 use std::sync::Arc;
 
@@ -30,22 +26,24 @@ pub struct Stepper {
     pub(super) compliance: f64,
     pub(super) conditions: Conditions,
     pub(super) surface: Surface,
-    scheme: TimeScheme,
+    pub(super) scheme: TimeScheme,
     /// Tolerance of Newton's method [-].
     pub(super) tolerance: f64,
     /// Stress scale (Pa) and length scale (m) that make the system dimensionless.
-    stress_scale: f64,
+    pub(super) stress_scale: f64,
     pub(super) length_scale: f64,
     pub(super) column_scale: Vec<f64>,
     pub(super) is_pressure: Vec<bool>,
     pub(super) linear: LinearSolver,
     pub(super) work: Workspace,
-    sensitivities: bool,
+    pub(super) sensitivities: bool,
     /// Nodal forces of the last solution, without boundary conditions (N).
     pub(super) raw_residual: Vec<f64>,
     /// Sum of the tangent's rows under the punch (N per unit of the unknowns).
     pub(super) reaction_row: Vec<f64>,
     pub(super) residual_norms: Vec<f64>,
+    /// Numbers of entries of its states.
+    pub(super) lengths: Lengths,
 }
 
 impl Stepper {
@@ -62,7 +60,7 @@ impl Stepper {
         let unit = |pressure: &bool| if *pressure { stress_scale } else { length_scale };
         let column_scale = is_pressure.iter().map(unit).collect();
         let unknowns = sample.mesh.unknowns();
-        Self {
+        let mut stepper = Self {
             material: PointMaterial::extended(m, &setup.extensions, 0.0),
             drifting: (setup.extensions.growth_rate != 0.0).then(|| (m.clone(), setup.extensions)),
             shear_layer: setup.shear_layer,
@@ -81,8 +79,11 @@ impl Stepper {
             raw_residual: vec![0.0; unknowns],
             reaction_row: vec![0.0; unknowns],
             residual_norms: Vec::new(),
+            lengths: Lengths::default(),
             sample,
-        }
+        };
+        stepper.lengths = stepper.undeformed(0.0).lengths();
+        stepper
     }
 
     /// Unit of energy (J) that makes the residual dimensionless.
@@ -116,72 +117,5 @@ impl Stepper {
     /// The surface under the punch.
     pub fn surface(&self) -> &Surface {
         &self.surface
-    }
-}
-
-impl Discretisation for Stepper {
-    fn undeformed(&self, time: f64) -> State {
-        let (unknowns, elements) = (self.sample.mesh.unknowns(), self.sample.mesh.elements.len());
-        let (branches, nodes) = (self.material.branches(), self.surface.nodes().len());
-        let (x, contact) = (vec![0.0; unknowns], self.surface.touched());
-        let softens = self.material.softening.is_some();
-        State {
-            time,
-            touch: self.surface.touch(&contact, &x),
-            contact,
-            x,
-            trend: Extrapolation::at_rest(unknowns),
-            history: undeformed(elements, branches).remembering(softens),
-            outputs: Outputs::default(),
-            sensitivity: self
-                .sensitivities
-                .then(|| Sensitivity::undeformed(elements, branches, nodes).remembering(softens)),
-        }
-    }
-
-    fn fits(&self, state: &State) -> bool {
-        let own = self.undeformed(0.0);
-        state.x.len() == own.x.len()
-            && state.trend.unknowns() == own.x.len()
-            && state.history.fits(&own.history)
-            && self.surface.fits(&state.contact)
-            && match (&state.sensitivity, &own.sensitivity) {
-                (Some(sensitivity), Some(own)) => sensitivity.fits(own),
-                (None, None) => true,
-                _ => false,
-            }
-    }
-
-    fn force_scale(&self) -> f64 {
-        self.stress_scale * self.length_scale * self.length_scale
-    }
-
-    fn separates(&self) -> bool {
-        true
-    }
-
-    fn scheme(&self) -> TimeScheme {
-        self.scheme
-    }
-
-    fn compliance(&self) -> f64 {
-        self.compliance
-    }
-
-    fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
-        self.surface.touch(contact, x)
-    }
-
-    fn solve(
-        &mut self,
-        start: &Start<'_>,
-        guess: &[f64],
-        task: &Task<'_>,
-        statistics: &mut Statistics,
-    ) -> Result<Found, NewtonFailure> {
-        if let Some((material, extensions)) = &self.drifting {
-            self.material = PointMaterial::extended(material, extensions, task.time);
-        }
-        self.solve_stage(start, guess, task, statistics)
     }
 }

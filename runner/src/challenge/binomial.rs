@@ -31,9 +31,9 @@ impl Share {
         (self.of > 0).then(|| self.hits as f64 / self.of as f64)
     }
 
-    /// 95 % interval: both ends leave 2.5 %.
+    /// 90 % interval, each end of which is a one-sided bound of 95 %.
     pub fn interval(self) -> (f64, f64) {
-        const TAIL: f64 = 0.025;
+        const TAIL: f64 = 0.05;
         let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(p));
         let (k, n) = (self.hits as f64, self.of as f64);
         let low = if self.hits == 0 { 0.0 } else { quantile(k, n - k + 1.0, TAIL) };
@@ -48,11 +48,16 @@ mod tests {
 
     #[test]
     fn intervals_are_the_tabulated_ones() {
-        // Clopper and Pearson (1934): 0 of 20 and 5 of 20, and the closed form 1 - 0.025^(1/n) for none.
-        let (low, high) = Share { hits: 5, of: 20 }.interval();
-        assert!((low - 0.0866).abs() < 1e-3 && (high - 0.4910).abs() < 1e-3, "{low} {high}");
+        // What defines them: at its ends as many hits or more, as many or fewer, have a probability of 5 %.
+        let share = Share { hits: 5, of: 20 };
+        let (low, high) = share.interval();
+        let choose = |k: i32| (1..=k).fold(1.0, |c, i| c * f64::from(21 - i) / f64::from(i));
+        let mass = |p: f64, k: i32| choose(k) * p.powi(k) * (1.0 - p).powi(20 - k);
+        let at_least: f64 = (5..=20).map(|k| mass(low, k)).sum();
+        let at_most: f64 = (0..=5).map(|k| mass(high, k)).sum();
+        assert!((at_least - 0.05).abs() < 1e-6 && (at_most - 0.05).abs() < 1e-6, "{at_least} {at_most}");
         let (low, high) = Share { hits: 0, of: 20 }.interval();
-        assert!(low == 0.0 && (high - (1.0 - 0.025f64.powf(1.0 / 20.0))).abs() < 1e-4, "{high}");
+        assert!(low == 0.0 && (high - (1.0 - 0.05f64.powf(1.0 / 20.0))).abs() < 1e-4, "{high}");
         assert_eq!(Share::default().interval(), (0.0, 1.0));
     }
 }

@@ -1,6 +1,9 @@
-//! The sealed answers.
+//! The sealed answers: encrypted, so that nobody reads them by chance, and with a hash beside the cases, so that nobody changes them.
 
 use super::draw::Drawn;
+use super::ground::Ground;
+use chacha20poly1305::aead::{Aead, Generate as _, KeyInit};
+use chacha20poly1305::{Key as CipherKey, XChaCha20Poly1305, XNonce};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -15,6 +18,8 @@ pub struct Key {
     pub schema: String,
     /// Seed of the draws.
     pub seed: u64,
+    /// Where they were drawn from.
+    pub ground: Ground,
     /// Cycles of each test.
     pub cycles: i32,
     /// All cases.
@@ -45,6 +50,40 @@ impl Solution {
     }
 }
 
+/// What opens a key: 32 bytes, written as hexadecimal digits.
+#[derive(Clone)]
+pub struct Secret(CipherKey);
+
+impl Secret {
+    /// One that nobody knows.
+    #[must_use]
+    pub fn random() -> Self {
+        Self(CipherKey::generate())
+    }
+
+    /// For people to keep.
+    pub fn text(&self) -> String {
+        hex(&self.0)
+    }
+
+    /// As it was told, or `None`.
+    pub fn of(text: &str) -> Option<Self> {
+        let bytes: [u8; 32] = bytes(text.trim())?.try_into().ok()?;
+        Some(Self(bytes.into()))
+    }
+}
+
+/// The key's file.
+#[derive(Debug, Serialize, Deserialize)]
+struct Sealed {
+    /// `poropunch.sealed/1`: JSON of the key under XChaCha20-Poly1305, hexadecimal.
+    schema: String,
+    nonce: String,
+    sealed: String,
+}
+
+const SCHEMA: &str = "poropunch.sealed/1";
+
 /// A key that cannot be used.
 #[derive(Debug, Error)]
 pub enum KeyError {
@@ -57,12 +96,20 @@ pub enum KeyError {
         source: std::io::Error,
     },
     /// Not a key.
-    #[error("{path} is no key of a challenge: {source}; it is the file that `challenge make --key` wrote")]
-    Json {
+    #[error("{path} is no key of a challenge: {reason}; it is the file that `challenge make --key` wrote")]
+    NoKey {
         /// File.
         path: PathBuf,
         /// Reason.
-        source: serde_json::Error,
+        reason: String,
+    },
+    /// Another secret.
+    #[error(
+        "{path} does not open with this secret: give --secret the one that `challenge make` told when it wrote the key"
+    )]
+    Secret {
+        /// The key.
+        path: PathBuf,
     },
     /// The key is another one than the one that was sealed.
     #[error(
@@ -85,23 +132,47 @@ pub fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
+/// The bytes of a key's file; `None` where its parts are no JSON.
+pub fn sealed(key: &Key, secret: &Secret) -> Option<Vec<u8>> {
+    let nonce = XNonce::generate();
+    let text = serde_json::to_vec(key).ok()?;
+    let hidden = XChaCha20Poly1305::new(&secret.0).encrypt(&nonce, text.as_slice()).ok()?;
+    serde_json::to_vec(&Sealed { schema: SCHEMA.to_owned(), nonce: hex(&nonce), sealed: hex(&hidden) }).ok()
+}
+
 /// Opens a key and compares it with the seal in the folder of the cases.
 ///
 /// # Errors
-/// When a file cannot be read, is no key, or is not the sealed one.
-pub fn open(path: &Path, cases: &Path) -> Result<Key, KeyError> {
+/// When a file cannot be read, is no key, is not the sealed one, or the secret is another one's.
+pub fn open(path: &Path, cases: &Path, secret: &Secret) -> Result<Key, KeyError> {
     let read =
         |path: &Path| std::fs::read(path).map_err(|source| KeyError::Io { path: path.to_owned(), source });
-    let bytes = read(path)?;
+    let no_key = |reason: String| KeyError::NoKey { path: path.to_owned(), reason };
+    let bytes_of_file = read(path)?;
     let seal = cases.join(SEAL);
-    let sealed = read(&seal)?;
-    let sealed = String::from_utf8_lossy(&sealed);
-    let sealed = sealed.lines().rfind(|line| !line.starts_with('#')).unwrap_or("").trim().to_owned();
-    let found = hash(&bytes);
-    if found != sealed {
-        return Err(KeyError::Seal { path: path.to_owned(), seal, found, sealed });
+    let told = read(&seal)?;
+    let told = String::from_utf8_lossy(&told);
+    let told = told.lines().rfind(|line| !line.starts_with('#')).unwrap_or("").trim().to_owned();
+    let found = hash(&bytes_of_file);
+    if found != told {
+        return Err(KeyError::Seal { path: path.to_owned(), seal, found, sealed: told });
     }
-    serde_json::from_slice(&bytes).map_err(|source| KeyError::Json { path: path.to_owned(), source })
+    let file: Sealed = serde_json::from_slice(&bytes_of_file).map_err(|e| no_key(e.to_string()))?;
+    let nonce: Option<[u8; 24]> = bytes(&file.nonce).and_then(|n| n.try_into().ok());
+    let parts = nonce.map(XNonce::from).zip(bytes(&file.sealed));
+    let (nonce, hidden) = parts.ok_or_else(|| no_key("it is not hexadecimal".to_owned()))?;
+    let shown = XChaCha20Poly1305::new(&secret.0).decrypt(&nonce, hidden.as_slice());
+    let shown = shown.map_err(|_| KeyError::Secret { path: path.to_owned() })?;
+    serde_json::from_slice(&shown).map_err(|e| no_key(e.to_string()))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+fn bytes(hex: &str) -> Option<Vec<u8>> {
+    let digits = hex.as_bytes().chunks(2);
+    digits.map(|pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok()).collect()
 }
 
 #[cfg(test)]
@@ -109,17 +180,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn another_key_than_the_sealed_one_is_refused() {
+    fn only_its_secret_opens_the_sealed_key() {
         let folder = tempfile::tempdir().unwrap();
-        let key = Key { schema: "poropunch.challenge/1".into(), seed: 3, cycles: 1, cases: vec![] };
-        let bytes = serde_json::to_vec(&key).unwrap();
+        let (secret, ground) = (Secret::random(), Ground::Wide);
+        let key = Key { schema: "poropunch.challenge/1".into(), seed: 3, ground, cycles: 1, cases: vec![] };
         let path = folder.path().join("key.json");
-        std::fs::write(&path, &bytes).unwrap();
+        let write = |key: &Key| {
+            let bytes = sealed(key, &secret).unwrap();
+            std::fs::write(&path, &bytes).unwrap();
+            bytes
+        };
+        let bytes = write(&key);
+        assert!(!String::from_utf8(bytes.clone()).unwrap().contains("seed"));
         std::fs::write(folder.path().join(SEAL), format!("{}\n", hash(&bytes))).unwrap();
-        assert_eq!(open(&path, folder.path()).unwrap(), key);
-        let other = Key { seed: 4, ..key };
-        std::fs::write(&path, serde_json::to_vec(&other).unwrap()).unwrap();
-        let error = open(&path, folder.path()).unwrap_err();
+        let told = Secret::of(&secret.text()).unwrap();
+        assert_eq!(open(&path, folder.path(), &told).unwrap(), key);
+        let error = open(&path, folder.path(), &Secret::random()).unwrap_err();
+        assert!(matches!(error, KeyError::Secret { .. }), "{error}");
+        write(&Key { seed: 4, ..key });
+        let error = open(&path, folder.path(), &told).unwrap_err();
         assert!(matches!(error, KeyError::Seal { .. }) && error.to_string().contains("key.json"), "{error}");
+        assert!(Secret::of("12").is_none() && Secret::of("zz").is_none());
     }
 }

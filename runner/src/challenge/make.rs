@@ -1,10 +1,11 @@
 //! `runner challenge make`: cases for the diagnosis, and their sealed key.
 
 use super::draw::{Drawn, Kind, again, draw};
-use super::key::{Key, SEAL, Solution, hash};
+use super::ground::Ground;
+use super::key::{Key, SEAL, Secret, Solution, hash, sealed};
+use super::noise::{csv, measured_n};
 use super::oracle::visibility;
 use super::simulate::{Test, Truth, start, tests};
-use super::specimens::{csv, measured_n};
 use crate::data::{DataError, Wanted, read_str};
 use crate::engine::Engine;
 use crate::fit::EvaluationFailure;
@@ -43,8 +44,8 @@ pub enum MakeError {
     #[error(transparent)]
     Output(#[from] OutputError),
     /// The key.
-    #[error("the key cannot be written: {0}")]
-    Json(#[from] serde_json::Error),
+    #[error("the key cannot be sealed")]
+    Seal,
     /// No draw of a case was visible.
     #[error("case {0}: none of {VISIBLE_ATTEMPTS} draws can be seen; try another seed, or more cycles")]
     Invisible(usize),
@@ -59,6 +60,8 @@ pub struct Plan<'a> {
     pub cases: usize,
     /// Their kinds; all where none is given.
     pub kinds: &'a [Kind],
+    /// Where they are drawn from.
+    pub ground: Ground,
     /// Whether single effects and pairs are drawn again until each cause can be seen.
     pub visible: bool,
     /// Cycles of each test.
@@ -76,20 +79,20 @@ const ATTEMPTS: u64 = 8;
 /// Times that one is drawn whose causes should be visible: of pairs, one in thirteen is.
 const VISIBLE_ATTEMPTS: u64 = 100;
 
-/// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the key, and its hash beside the cases.
+/// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the sealed key, and its hash beside the cases; returns what opens the key.
 ///
 /// # Errors
 /// When a case cannot be simulated or written.
-pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result<(), MakeError> {
+pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result<Secret, MakeError> {
     let tests = tests(plan.cycles)?;
     let mut cases = Vec::new();
-    for (number, drawn) in draw(plan.seed, plan.cases, plan.kinds).into_iter().enumerate() {
+    for (number, drawn) in draw(plan.seed, plan.cases, plan.kinds, plan.ground).into_iter().enumerate() {
         say(format!("case {} of {}", number + 1, plan.cases));
         let chosen = plan.visible && matches!(drawn.kind, Kind::Single | Kind::Pair);
         let attempts = if chosen { VISIBLE_ATTEMPTS } else { 1 };
         // Draws of one case are apart from each other's further ones.
-        let mut draws =
-            (0..attempts).map(|k| if k == 0 { drawn.clone() } else { again(&drawn, k * (ATTEMPTS + 1)) });
+        let mut draws = (0..attempts)
+            .map(|k| if k == 0 { drawn.clone() } else { again(&drawn, k * (ATTEMPTS + 1), plan.ground) });
         let solution = loop {
             let Some(drawn) = draws.next() else { return Err(MakeError::Invisible(number + 1)) };
             let solution = computable(engine, plan, &tests, &drawn)?;
@@ -100,11 +103,13 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
         };
         cases.push(solution);
     }
-    let key = Key { schema: "poropunch.challenge/1".to_owned(), seed: plan.seed, cycles: plan.cycles, cases };
-    let bytes = marked(plan.key, &serde_json::to_vec(&key)?).into_owned();
+    let (schema, ground) = ("poropunch.challenge/1".to_owned(), plan.ground);
+    let key = Key { schema, seed: plan.seed, ground, cycles: plan.cycles, cases };
+    let secret = Secret::random();
+    let bytes = marked(plan.key, &sealed(&key, &secret).ok_or(MakeError::Seal)?).into_owned();
     write_file(plan.key, &bytes)?;
     write_file(&plan.out.join(SEAL), format!("{}\n", hash(&bytes)).as_bytes())?;
-    Ok(())
+    Ok(secret)
 }
 
 /// The case, or another one of its kind where some material and causes together are beyond what the mesh can follow.
@@ -117,7 +122,7 @@ fn computable(engine: &Engine, plan: &Plan, tests: &[Test; 2], drawn: &Drawn) ->
         ) {
             break;
         }
-        made = one(engine, plan, tests, again(drawn, attempt));
+        made = one(engine, plan, tests, again(drawn, attempt, plan.ground));
     }
     made
 }

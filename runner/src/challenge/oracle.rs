@@ -31,7 +31,11 @@ pub fn visibility(
     let pairs = |map: &BTreeMap<String, f64>| {
         map.iter().map(|(name, value)| written(engine.wiring(), name, *value)).collect::<Vec<_>>()
     };
-    let requests = Requests { set: pairs(numerics), start: pairs(&drawn.material), ..Requests::default() };
+    let is_free = |name: &str| poropunch::variables::identifiable().any(|(v, i)| i.free && v.name == name);
+    let (start, known) = drawn.material.clone().into_iter().partition(|(name, _)| is_free(name));
+    let (start, known): (BTreeMap<_, _>, BTreeMap<_, _>) = (start, known);
+    let set = [pairs(numerics), pairs(&known)].concat();
+    let requests = Requests { set, start: pairs(&start), ..Requests::default() };
     let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
     let observations = observe(measurements, None)?;
     let setup = Setup::new(engine, &observations, &unknowns);

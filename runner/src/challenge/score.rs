@@ -1,11 +1,13 @@
 //! Answers against the key.
 
 use super::binomial::Share;
+use super::calibration::Calibration;
 use super::draw::Kind as CaseKind;
 use super::key::{Key, Solution};
-use super::specimens::shared_height;
+use super::noise::shared_height;
 use crate::diagnosis::result::{Diagnosis, Kind};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Largest group that is an answer.
 const LARGEST_GROUP: usize = 3;
@@ -50,8 +52,10 @@ pub struct Scores {
     pub pairs: Share,
     /// 90 % intervals of the shrinkage that hold the true one, for effects named rightly.
     pub coverage: Share,
-    /// Mean confidence and share of right answers, by thirds of the confidence.
-    pub calibration: Vec<(f64, Share)>,
+    /// Cases without a gap that were accused of one, by the noise that they have beside the white one.
+    pub accused_by_noise: BTreeMap<String, Share>,
+    /// What the confidences are worth.
+    pub confidence: Calibration,
 }
 
 /// Scores and the answers one by one, for the diagnosis and for the simple rules.
@@ -162,6 +166,11 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
         let ((_, low, high), truth) = (a.shrinkage?, a.true_shrinkage?);
         (s.is_visible() && a.families.first() == s.effects.first()).then_some(truth >= low && truth <= high)
     };
+    let mut accused_by_noise: BTreeMap<String, Share> = BTreeMap::new();
+    for (s, a) in of(&[CaseKind::Null]) {
+        let family = s.drawn.noise.family.name().to_owned();
+        accused_by_noise.entry(family).or_default().count(a.kind != Kind::NoGap);
+    }
     Scores {
         false_accusations: Share::of(of(&[CaseKind::Null]).map(|(_, a)| a.kind != Kind::NoGap)),
         top_1: Share::of(visible().map(first)),
@@ -171,19 +180,9 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
         weak: Share::of(weak.map(|(s, a)| is_right(s, a))),
         pairs: Share::of(of(&[CaseKind::Pair]).filter(|(s, _)| s.is_visible()).map(|(s, a)| is_right(s, a))),
         coverage: Share::of(answers.iter().filter_map(covered)),
-        calibration: calibration(answers),
+        accused_by_noise,
+        confidence: Calibration::of(answers.iter().map(|(s, a)| (a.confidence, is_right(s, a))).collect()),
     }
-}
-
-fn calibration(answers: &[(&Solution, Answer)]) -> Vec<(f64, Share)> {
-    const PARTS: usize = 3;
-    let mut all: Vec<(f64, bool)> = answers.iter().map(|(s, a)| (a.confidence, is_right(s, a))).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let part = |part: &[(f64, bool)]| {
-        let mean = part.iter().map(|p| p.0).sum::<f64>() / part.len() as f64;
-        (mean, Share::of(part.iter().map(|p| p.1)))
-    };
-    all.chunks(all.len().div_ceil(PARTS).max(1)).map(part).collect()
 }
 
 fn line(solution: &Solution, answer: &Answer) -> Line {

@@ -2,6 +2,7 @@
 
 use super::cause::Cause;
 use super::draw::Drawn;
+use super::reading::Record;
 use crate::engine::Engine;
 use crate::pool::{Job, Priority, Run, RunFailure};
 use poropunch::motion::protocol::{Protocol, ProtocolError, Trapezoid};
@@ -69,8 +70,8 @@ pub struct Truth {
     run: Run,
     dense_s: Vec<f64>,
     causes: Vec<Cause>,
-    test: usize,
-    ramp_end_s: f64,
+    index: usize,
+    test: Test,
 }
 
 /// Starts the run of a test with some causes; `numerics` are the maker's mesh and steps.
@@ -98,7 +99,7 @@ pub fn start(
     }
     let job = Job { parameters, protocol: Arc::new(Protocol::new(points)?), time_s: dense_s.clone().into() };
     let run = engine.submit(&job, Priority::Urgent);
-    Ok(Truth { run, dense_s, causes: causes.to_vec(), test: index, ramp_end_s: test.ramp_end_s })
+    Ok(Truth { run, dense_s, causes: causes.to_vec(), index, test: test.clone() })
 }
 
 impl Truth {
@@ -109,9 +110,9 @@ impl Truth {
     pub fn reading_n(&self) -> Result<Vec<f64>, RunFailure> {
         let curve = self.run.wait()?;
         let mut force_n = curve.force_n().to_vec();
-        for cause in &self.causes {
-            cause.read(self.test, self.ramp_end_s, &self.dense_s, &mut force_n);
-        }
+        let Test { protocol, ramp_end_s, .. } = &self.test;
+        let record = Record { test: self.index, protocol, ramp_end_s: *ramp_end_s, time_s: &self.dense_s };
+        self.causes.iter().for_each(|cause| cause.read(record, &mut force_n));
         Ok(force_n.into_iter().step_by(PARTS as usize).collect())
     }
 }

@@ -5,8 +5,16 @@ use super::score::{Scores, Table};
 use std::fmt::Write as _;
 
 /// Gates of the design, section 7.
-const GATES: [&str; 8] =
-    ["<= 5 %, upper bound <= 10 %", ">= 90 %", ">= 95 %", ">= 85 %", ">= 95 %", ">= 70 %", "85 to 95 %", ""];
+const GATES: [&str; 8] = [
+    "<= 3 %, bound <= 6 %",
+    ">= 92 %, bound >= 85 %",
+    ">= 97 %",
+    ">= 92 %",
+    ">= 97 %",
+    ">= 80 %",
+    "84 to 95 %",
+    "<= 1.5",
+];
 
 /// How a score is written.
 type Cell = fn(&Scores) -> String;
@@ -33,11 +41,23 @@ pub fn markdown(table: &Table) -> String {
         table.rules.iter().for_each(|(_, scores)| text.push_str(&format!(" {} |", of(scores))));
         text.push('\n');
     }
-    text.push_str("\nShares with exact 95 % intervals. Calibration: ");
-    let parts = table.diagnosis.calibration.iter();
-    let told = parts.map(|(mean, s)| format!("{:.0} % confident, {} right", 100.0 * mean, share(*s)));
-    text.push_str(&told.collect::<Vec<_>>().join("; "));
-    text.push_str(".\n\n| case | behind it | visibility | answer | confidence | shrinkage | true one | |\n|---|---|---|---|---|---|---|---|\n");
+    text.push_str("\nShares with exact 90 % intervals; each end is a one-sided bound of 95 %.");
+    let d = &table.diagnosis;
+    if !d.accused_by_noise.is_empty() {
+        let parts = d.accused_by_noise.iter().map(|(noise, s)| format!("{noise} {}", share(*s)));
+        let _ = write!(text, " Accused, by noise: {}.", parts.collect::<Vec<_>>().join("; "));
+    }
+    let c = &d.confidence;
+    let told = c.reliability.iter().map(|(mean, s)| format!("{:.0} %: {}", 100.0 * mean, share(*s)));
+    let _ = write!(
+        text,
+        " Confidence: expected calibration error {:.2}, Brier score {:.3} (a constant's {:.3}); right answers by mean confidence {}.",
+        c.expected_error,
+        c.brier,
+        c.brier_of_a_constant,
+        told.collect::<Vec<_>>().join("; ")
+    );
+    text.push_str("\n\n| case | behind it | visibility | answer | confidence | shrinkage | true one | |\n|---|---|---|---|---|---|---|---|\n");
     for l in &table.lines {
         let seen = l.visibility.map_or_else(String::new, |v| format!("{v:.1}"));
         let percent = |x: f64| 100.0 * x;

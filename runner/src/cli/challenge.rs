@@ -7,7 +7,8 @@ use super::progress::Progress;
 use super::terminal;
 use super::{CliResult, Ending};
 use crate::challenge::draw::Kind;
-use crate::challenge::key::{SEAL, open};
+use crate::challenge::ground::Ground;
+use crate::challenge::key::{SEAL, Secret, open};
 use crate::challenge::make::{Plan, make};
 use crate::challenge::score::score;
 use crate::challenge::table::markdown;
@@ -40,15 +41,18 @@ enum Step {
 
 #[derive(Debug, Args)]
 struct Make {
-    /// Seed of all draws
+    /// Seed of all draws [default: one that only the key tells]
     #[arg(long, value_name = "S")]
-    seed: u64,
+    seed: Option<u64>,
     /// Number of cases
     #[arg(long, value_name = "N", default_value_t = 100)]
     cases: usize,
     /// Only these kinds of cases, as often as among all of them [default: all]
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     kinds: Vec<Kind>,
+    /// Where they are drawn from
+    #[arg(long, value_name = "GROUND", default_value_t = Ground::Wide, value_enum)]
+    ground: Ground,
     /// Draw single effects and pairs again until each effect can be seen
     #[arg(long)]
     visible: bool,
@@ -61,6 +65,9 @@ struct Make {
     /// File of the key [default: DIR.key.json, beside the folder]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
+    /// Where what opens the key is kept [default: it is printed, once]
+    #[arg(long, value_name = "FILE")]
+    secret: Option<PathBuf>,
     #[command(flatten)]
     engine: EngineArguments,
 }
@@ -91,6 +98,12 @@ struct Score {
     /// File of the key
     #[arg(long, value_name = "FILE")]
     key: PathBuf,
+    /// What opens it: the digits that `challenge make` printed, or the file that it wrote
+    #[arg(long, value_name = "SECRET")]
+    secret: String,
+    /// Score although cases are still without an answer: these are then no longer blind
+    #[arg(long)]
+    unfinished: bool,
     /// Where to write the table: PATH.md and PATH.json [default: DIR/scores]
     #[arg(long, short, value_name = "PATH")]
     out: Option<PathBuf>,
@@ -116,9 +129,10 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
     let settings: Vec<String> = own.chain(arguments.engine.settings(engine.wiring())?).collect();
     let key = arguments.key.clone().unwrap_or_else(|| arguments.out.with_extension("key.json"));
     let plan = Plan {
-        seed: arguments.seed,
+        seed: arguments.seed.unwrap_or_else(fresh_seed),
         cases: arguments.cases,
         kinds: &arguments.kinds,
+        ground: arguments.ground,
         visible: arguments.visible,
         cycles: arguments.cycles,
         numerics: settings_from(engine.wiring(), &settings)?,
@@ -131,15 +145,25 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
     if engine.is_stopped() {
         return Ok(Ending::Interrupted);
     }
-    made?;
+    let secret = made?.text();
     say!(
-        "wrote {} cases to {}; the key is in {}, its hash in {}",
+        "wrote {} cases to {}; the encrypted key is in {}, its hash in {}",
         arguments.cases,
         arguments.out.join("cases").display(),
         key.display(),
         arguments.out.join(SEAL).display()
     );
+    match &arguments.secret {
+        Some(file) => write_file(file, format!("{secret}\n").as_bytes())?,
+        None => say!("what opens the key, told this once: {secret}"),
+    }
     Ok(Ending::Complete)
+}
+
+/// A seed that nobody chose.
+fn fresh_seed() -> u64 {
+    use std::hash::BuildHasher as _;
+    std::collections::hash_map::RandomState::new().hash_one(std::process::id())
 }
 
 /// Folders of the cases, in alphabetical order.
@@ -195,8 +219,33 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
     Ok(Ending::Complete)
 }
 
+/// What opens a key, from its digits or the file that holds them.
+fn secret_of(told: &str) -> Result<Secret, Box<dyn std::error::Error>> {
+    if let Some(secret) = Secret::of(told) {
+        return Ok(secret);
+    }
+    let text = std::fs::read_to_string(told)
+        .map_err(|e| format!("--secret {told}: neither 64 hexadecimal digits nor a file: {e}"))?;
+    let digits = text.lines().rfind(|line| !line.starts_with('#')).unwrap_or("");
+    Secret::of(digits).ok_or_else(|| format!("{told} does not hold 64 hexadecimal digits").into())
+}
+
 fn score_answers(arguments: &Score) -> CliResult {
-    let key = open(&arguments.key, &arguments.folder)?;
+    let missing: Vec<String> = cases(&arguments.folder)?
+        .iter()
+        .map(|case| case.file_name().unwrap_or_default().to_string_lossy().into_owned())
+        .filter(|id| !answer_file(&arguments.folder, id).exists())
+        .collect();
+    if !missing.is_empty() && !arguments.unfinished {
+        let (first, folder) = (&missing[0], arguments.folder.display());
+        return Err(format!(
+            "{} cases have no answer yet, {first} is one: the key is opened after the last answer; \
+             `challenge answer {folder}` writes them, --unfinished opens it all the same",
+            missing.len()
+        )
+        .into());
+    }
+    let key = open(&arguments.key, &arguments.folder, &secret_of(&arguments.secret)?)?;
     let mut answers: Vec<Option<Diagnosis>> = Vec::new();
     for case in &key.cases {
         let file = answer_file(&arguments.folder, &case.drawn.id);

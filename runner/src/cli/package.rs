@@ -2,7 +2,7 @@
 
 use super::{CliResult, Ending};
 use crate::fmi::{PLATFORM, Version, builtin_library};
-use crate::package::{Binary, lint, lint_portable, write_archive};
+use crate::package::{Binary, Problems, lint, write_archive};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -40,13 +40,12 @@ pub fn run(arguments: &Arguments) -> CliResult {
         write_archive(version, file, &binaries)?;
         say!("wrote {}", file.display());
     }
-    let mut problems = lint(file)?;
-    let portable = lint_portable(file)?;
+    let Problems { own: mut problems, elsewhere } = lint(file)?;
     // What cargo builds for this machine alone need not serve another.
     let for_this_machine = arguments.check.is_none() && arguments.binaries.is_empty();
     if !for_this_machine {
-        problems.extend(portable);
-    } else if !portable.is_empty() {
+        problems.extend(elsewhere);
+    } else if !elsewhere.is_empty() {
         say!("for machines like this one; cdylib/build-all makes one for all");
     }
     if problems.is_empty() {

@@ -15,6 +15,21 @@ impl Random {
         (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
     }
 
+    /// One of the numbers below `n`.
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        ((self.uniform() * n as f64) as usize).min(n - 1)
+    }
+
+    /// Evenly in the logarithm.
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.uniform())
+    }
+
+    /// 32 random bits.
+    pub(crate) fn bits(&mut self) -> u64 {
+        (self.uniform() * f64::from(u32::MAX)) as u64
+    }
+
     /// Uniform in (0, 1].
     pub(crate) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);

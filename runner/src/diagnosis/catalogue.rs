@@ -1,8 +1,9 @@
 //! The catalogue of the model's library in the form that screening uses.
 //!
 //! A magnitude moves each parameter from the value that it has, so that a `--set` of the user stays what effects
-//! start from.
+//! start from. Plausible scales are those of the paper's tests, made larger or smaller as the data's forces and lengths are.
 
+use super::size::Size;
 use crate::fmi::VariableKind;
 use crate::inference::effect::{Effect, Place, Scope, Sign};
 use crate::pool::Wiring;
@@ -40,14 +41,14 @@ fn obstacle(name: &str, variant: &Variant, wiring: &Wiring) -> Option<&'static s
     }
 }
 
-/// All variants of all effects that can be screened with an FMU, and those that cannot.
-pub fn effects(wiring: &Wiring) -> (Vec<Effect>, Vec<LeftOut>) {
+/// All variants of all effects that can be screened with an FMU, for tests of a size, and those that cannot.
+pub fn effects(wiring: &Wiring, size: Size) -> (Vec<Effect>, Vec<LeftOut>) {
     let (mut known, mut left_out) = (Vec::new(), Vec::new());
     for effect in CATALOGUE {
         for variant in effect.variants {
             let name = variant_name(effect, variant);
             match obstacle(&name, variant, wiring) {
-                None => known.push(of_variant(effect, variant, wiring)),
+                None => known.push(of_variant(effect, variant, wiring, size)),
                 Some(reason) => left_out.push(LeftOut { name, reason }),
             }
         }
@@ -60,9 +61,9 @@ fn variant_name(effect: &effect::Effect, variant: &Variant) -> String {
     if several { format!("{}.{}", effect.name, variant.name) } else { effect.name.to_owned() }
 }
 
-fn of_variant(effect: &effect::Effect, variant: &'static Variant, wiring: &Wiring) -> Effect {
+fn of_variant(effect: &effect::Effect, variant: &'static Variant, wiring: &Wiring, size: Size) -> Effect {
     let several = effect.variants.len() > 1;
-    let (scale, unit) = variant.settings.iter().find_map(scale).unwrap_or((1.0, String::new()));
+    let (scale, unit) = variant.settings.iter().find_map(|s| scale(s, size)).unwrap_or((1.0, String::new()));
     Effect {
         name: variant_name(effect, variant),
         family: effect.name.to_owned(),
@@ -78,7 +79,7 @@ fn of_variant(effect: &effect::Effect, variant: &'static Variant, wiring: &Wirin
         scope: if BETWEEN_TESTS.contains(&effect.name) { Scope::BetweenTests } else { Scope::Shared },
         scale,
         unit,
-        largest: largest(variant, wiring),
+        largest: largest(variant, wiring, size),
         reveals: effect.revealed_by.to_owned(),
         differentiable: variant.differentiable,
         is_a_number: NUMBERS.contains(&effect.name),
@@ -86,28 +87,33 @@ fn of_variant(effect: &effect::Effect, variant: &'static Variant, wiring: &Wirin
         action: Arc::new(move |values: &mut BTreeMap<String, f64>, magnitude| {
             for setting in variant.settings {
                 let before = values.get(setting.parameter).copied().unwrap_or(setting.null);
-                values.insert(setting.parameter.to_owned(), moved(setting, before, magnitude));
+                values.insert(setting.parameter.to_owned(), moved(setting, before, magnitude, size));
             }
         }),
     }
 }
 
+/// How many times the catalogue's plausible scale of a parameter is that of the data.
+fn enlarged(setting: &Setting, size: Size) -> f64 {
+    variables::by_name(setting.parameter).and_then(|(_, v)| v.unit()).map_or(1.0, |unit| size.factor(unit))
+}
+
 /// Where a parameter goes from `before`.
-fn moved(setting: &Setting, before: f64, magnitude: f64) -> f64 {
+fn moved(setting: &Setting, before: f64, magnitude: f64, size: Size) -> f64 {
     match setting.course {
-        Course::Linear => before + magnitude * (setting.probe - setting.null),
+        Course::Linear => before + magnitude * enlarged(setting, size) * (setting.probe - setting.null),
         Course::Geometric => before * (setting.probe / setting.null).powf(magnitude),
-        Course::Switch => setting.probe,
+        Course::Switch => enlarged(setting, size) * setting.probe,
     }
 }
 
 /// Size of magnitude 1 as people read it.
-fn scale(setting: &Setting) -> Option<(f64, String)> {
+fn scale(setting: &Setting, size: Size) -> Option<(f64, String)> {
     let unit =
         || variables::by_name(setting.parameter).and_then(|(_, v)| v.unit()).filter(|u| u.symbol != "1");
     match setting.course {
         Course::Linear => {
-            let change = setting.probe - setting.null;
+            let change = enlarged(setting, size) * (setting.probe - setting.null);
             let shown = unit().map(|u| (change * u.factor, u.display.to_owned()));
             Some(shown.unwrap_or((change, String::new())))
         }
@@ -125,11 +131,11 @@ fn sign(variant: &Variant) -> Sign {
 }
 
 /// The largest magnitude that keeps all parameters within the FMU's ranges, in both directions where both mean something.
-fn largest(variant: &Variant, wiring: &Wiring) -> f64 {
+fn largest(variant: &Variant, wiring: &Wiring, size: Size) -> f64 {
     let inside = |m: f64| {
         variant.settings.iter().all(|setting| {
             let Some(v) = wiring.parameters.get(setting.parameter) else { return false };
-            let value = moved(setting, setting.null, m);
+            let value = moved(setting, setting.null, m, size);
             v.kind != VariableKind::Real
                 || (v.min.unwrap_or(f64::NEG_INFINITY)..=v.max.unwrap_or(f64::INFINITY)).contains(&value)
         })

@@ -5,11 +5,12 @@ use super::confirming::{Refit, whole};
 use super::experiments::{Proposal, proposals, rivals};
 use super::held_out::{Split, splits};
 use super::leftover::{Leftover, leftover};
-use super::location::{Pattern, Spot, spots};
+use super::location::{Spot, spots};
 use super::result::Kind;
 use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
 use super::shrinkage::Comparison;
+use super::size::Size;
 use super::something_else::{SomethingElse, something_else};
 use super::thresholds::Thresholds;
 use super::verdict::{Decision, Evidence, decide};
@@ -22,7 +23,7 @@ use crate::inference::effect::{Candidate, Effect, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, ROUGH, fit};
 use crate::inference::{NoiseFailure, noise_at};
 use crate::noise::ObservationError;
-use crate::noise::{NoiseModel, Observation, Weights};
+use crate::noise::{NoiseModel, Observation, Weights, hats_after_kinks};
 use crate::pool::Priority;
 use nalgebra::DVector;
 use thiserror::Error;
@@ -95,7 +96,8 @@ pub struct Findings {
     pub thresholds: Thresholds,
     /// The answer.
     pub decision: Decision,
-    /// Largest mean difference between data and plain model in any phase of any cycle, as part of its test's largest force (%).
+    /// Largest mean difference between data and plain model over half a decade of the time since any kink of the motion, as part of
+    /// its test's largest force (%).
     pub gap_percent: f64,
     /// What a gap looks like that nothing explains.
     pub leftover: Option<Leftover>,
@@ -131,7 +133,7 @@ pub fn diagnose(
     let setup = Setup::new(engine, &observations, unknowns);
     let weights = Weights::default();
     let names: Vec<String> = observations.iter().map(|o| o.name().to_owned()).collect();
-    let (mut effects, left_out) = effects(engine.wiring());
+    let (mut effects, left_out) = effects(engine.wiring(), Size::of(setup));
     effects.extend_from_slice(declared);
     let candidates = Candidate::of(&effects, &names);
     let asked = |noise| Asked { setup, others, candidates: &candidates, noise, effort };
@@ -176,7 +178,7 @@ pub fn diagnose(
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
     let mates = |leader: usize| mates(&candidates, &screened, &refits, y, leader, thresholds.decisive);
     let accepted = |r: &Refit| accepted(&plain, r, &splits, &thresholds);
-    let gap_percent = gap_percent(&observations, &spots, &plain);
+    let gap_percent = gap_percent(&observations, &plain);
     let is_small = gap_percent < effort.matters_percent;
     let removed = |r: &Refit| removed(&plain, r, &splits, &thresholds);
     let decision = decide(&Evidence {
@@ -390,15 +392,21 @@ fn mates(
     screened.iter().filter(is_mate).map(|s| s.candidate).collect()
 }
 
-/// Largest mean difference between data and plain model in any phase of any cycle, as part of its test's largest force (%).
-fn gap_percent(observations: &[Observation], spots: &[Spot], plain: &Fit) -> f64 {
-    let level = spots.iter().filter(|s| s.pattern == Pattern::Level);
-    let part = |s: &Spot| {
-        let mean_mn = s.points.iter().map(|&i| plain.gap_mn[i]).sum::<f64>() / s.points.len().max(1) as f64;
-        let peak_mn = observations[s.test].force_mn().iter().fold(0.0_f64, |peak, f| peak.max(f.abs()));
-        100.0 * mean_mn.abs() / peak_mn
-    };
-    level.map(part).fold(0.0, f64::max)
+/// Largest mean difference between data and plain model over half a decade of the time since any kink of the motion, as part of its
+/// test's largest force (%).
+fn gap_percent(observations: &[Observation], plain: &Fit) -> f64 {
+    // Of fewer points it is the noise's.
+    const FEWEST: f64 = 3.0;
+    let (mut largest, mut before) = (0.0_f64, 0);
+    for o in observations {
+        let peak_mn = o.force_mn().iter().fold(0.0_f64, |peak, f| peak.max(f.abs()));
+        let gap_mn = plain.gap_mn.rows(before, o.len());
+        let hats = hats_after_kinks(o).into_iter().map(|(_, hat)| hat).filter(|hat| hat.sum() >= FEWEST);
+        let means = hats.map(|hat| 100.0 * (hat.dot(&gap_mn) / hat.sum()).abs() / peak_mn);
+        largest = means.fold(largest, f64::max);
+        before += o.len();
+    }
+    largest
 }
 
 /// Whether the effects surely bring the prediction of some held-out data nearer to them; `None` where no split determines them, or

@@ -29,6 +29,7 @@ pub mod screening;
 pub mod search;
 pub mod shrinkage;
 mod simple_rules;
+mod size;
 pub mod something_else;
 pub mod summary;
 #[cfg(test)]

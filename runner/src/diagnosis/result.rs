@@ -95,7 +95,8 @@ pub struct Verdict {
     pub effects: Vec<String>,
     /// Probability that the answer is right.
     pub confidence: f64,
-    /// Largest mean difference between data and plain model in any phase of any cycle, as part of its test's largest force (%).
+    /// Largest mean difference between data and plain model over half a decade of the time since any kink of the motion, as part of
+    /// its test's largest force (%).
     #[serde(default)]
     pub gap_percent: f64,
     /// What is smaller does not matter (%).

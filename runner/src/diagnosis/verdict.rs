@@ -134,7 +134,15 @@ pub fn decide(e: &Evidence) -> Decision {
     let Some(best) = best else {
         let explained: f64 =
             order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();
-        return decision(Kind::NoneOfThese, vec![], None, (1.0 - explained) * (1.0 - e.probability));
+        let confidence = (1.0 - explained) * (1.0 - e.probability);
+        if e.is_small && elsewhere < plain {
+            // Not even a smooth error of any shape: the samples scatter more than their noise says, the curve is not elsewhere.
+            return Decision {
+                is_immaterial: true,
+                ..decision(Kind::NoGap, vec![], None, reliability * confidence)
+            };
+        }
+        return decision(Kind::NoneOfThese, vec![], None, confidence);
     };
     let refit = &e.refits[best];
     if refit.members.len() > 1 {

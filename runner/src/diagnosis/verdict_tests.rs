@@ -149,6 +149,9 @@ fn a_gap_too_small_to_matter_accuses_nothing_slight_that_fails_to_predict() {
     assert_eq!(small(3.0, Some(false)), accused);
     // One test of one cycle leaves nothing to predict.
     assert_eq!(small(-0.2, None), accused);
-    let unexplained = Evidence { is_small: true, ..evidence(&[], 0.0, 100.0) };
-    assert_eq!(decide(&unexplained).kind, Kind::NoneOfThese);
+    let unexplained = |is_small, shape| decide(&Evidence { is_small, ..evidence(&[], 0.0, shape) });
+    assert_eq!(unexplained(true, 100.0).kind, Kind::NoneOfThese);
+    let flagrant = |is_small| decide(&Evidence { is_small, is_flagrant: true, ..evidence(&[], 0.0, -5.0) });
+    assert_eq!(flagrant(false).kind, Kind::NoneOfThese);
+    assert_eq!((flagrant(true).kind, flagrant(true).is_immaterial), (Kind::NoGap, true));
 }

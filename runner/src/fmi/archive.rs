@@ -110,14 +110,6 @@ impl Files {
     }
 }
 
-/// Text of `modelDescription.xml` of an archive or folder.
-///
-/// # Errors
-/// When there is none.
-pub fn read_description(path: &Path) -> Result<String, FmiError> {
-    Files::open(path)?.description()
-}
-
 fn io(path: &Path, source: std::io::Error) -> FmiError {
     FmiError::Io { path: path.to_path_buf(), source }
 }

@@ -42,11 +42,18 @@ impl Fmu {
     /// # Errors
     /// When it is no FMI 2.0 or 3.0 co-simulation FMU for this machine.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FmiError> {
-        let files = Files::open(path.as_ref())?;
+        Self::of(Arc::new(Files::open(path.as_ref())?))
+    }
+
+    /// The same from files that are unpacked already.
+    ///
+    /// # Errors
+    /// As [`Fmu::open`].
+    pub fn of(files: Arc<Files>) -> Result<Self, FmiError> {
         let description = ModelDescription::parse(&files.description()?)?;
         let location = files.binary(description.version, &description.model_identifier)?;
         let binary = Binary::load(description.version, &location)?;
-        Ok(Self { description: Arc::new(description), binary, files: Some(Arc::new(files)), location })
+        Ok(Self { description: Arc::new(description), binary, files: Some(files), location })
     }
 
     /// This project's own FMU: the library that cargo built beside the running program.

@@ -19,7 +19,7 @@ mod places;
 mod states;
 mod symbols;
 
-pub use archive::{Files, PLATFORM, PLATFORM_TUPLE, read_description};
+pub use archive::{Files, PLATFORM, PLATFORM_TUPLE};
 pub use description::{
     Capabilities, DefaultExperiment, ModelDescription, ScalarVariable, VariableKind, Version,
 };

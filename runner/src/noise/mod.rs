@@ -15,12 +15,13 @@ mod neighbours;
 mod numerical;
 pub mod observation;
 mod specimens;
+mod spikes;
 #[cfg(test)]
 mod tests;
 pub mod weights;
 
 pub use low_rank::{Common, Covariance};
-pub use numerical::{hats, refinement};
+pub use numerical::{hats, hats_after_kinks, refinement};
 pub use observation::{Observation, ObservationError};
 pub use specimens::{TestNoise, check};
 pub use weights::{Uncertainty, Weights};

@@ -115,7 +115,7 @@ pub fn errors_after_kinks(
 }
 
 /// Hat functions over the decades of the time since the kink that begins each leg of the motion: cycle, leg, knot.
-fn hats_after_kinks(observation: &Observation) -> Vec<((usize, u8, i32), DVector<f64>)> {
+pub fn hats_after_kinks(observation: &Observation) -> Vec<((usize, u8, i32), DVector<f64>)> {
     let n = observation.len();
     let time_s = &observation.time_s;
     let leg = |i: usize| (observation.cycle[i], leg(observation.phases[i]));

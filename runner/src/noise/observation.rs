@@ -4,6 +4,7 @@
 //! `f = sum a_k s_k / sum a_k^2`. All specimens then speak at every point, where a median hears the middle two.
 
 use super::common_factor::{FEWEST_SPECIMENS, common_factor};
+use super::spikes::without_spikes;
 use crate::data::measurement::standard_deviation;
 use crate::data::phase::phases;
 use crate::data::{Cycle, DataError, Measurement, Phase, Problem, cycles, protocol_of};
@@ -28,6 +29,8 @@ pub struct Observation {
     pub cycles: Vec<Cycle>,
     /// Factor of each specimen's curve (-), geometric mean 1; empty where the file has no specimens.
     pub factors: Vec<f64>,
+    /// Single samples far beside their neighbours, which were replaced.
+    pub spikes: usize,
     /// What is left out of the measurement, in words.
     pub left_out: Option<String>,
 }
@@ -53,14 +56,15 @@ impl Observation {
     /// When the motion starts inside the sample, pierces it, or cannot be followed.
     pub fn new(measurement: &Measurement, sample_height_m: Option<f64>) -> Result<Self, ObservationError> {
         check_motion(measurement, sample_height_m)?;
-        let (measurement, factors) = levelled(measurement);
+        let (clean, spikes) = without_spikes(measurement);
+        let (measurement, factors) = levelled(&clean);
         let cycles = cycles(&measurement).unwrap_or_default();
         let number = |&t: &f64| cycles.iter().filter(|c| t > c.start_s).count().max(1) - 1;
         let cycle = measurement.time_s.iter().map(number).collect();
         let phases = phases(&measurement);
         let protocol = Arc::new(protocol_of(&measurement)?);
         let time_s = measurement.time_s.clone().into();
-        Ok(Self { measurement, protocol, time_s, phases, cycle, cycles, factors, left_out: None })
+        Ok(Self { measurement, protocol, time_s, phases, cycle, cycles, factors, spikes, left_out: None })
     }
 
     /// The same on a surface that lies `up_m` higher, with `tare_n` taken off the force.

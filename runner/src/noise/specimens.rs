@@ -5,7 +5,7 @@ use super::Common;
 use super::common_factor::MEDIAN_OVER_MEAN;
 use super::correlated::{FEWEST_IN_RECORD, NoiseParts, Record, noise_parts};
 use super::motion::beside_the_path;
-use super::neighbours::{Differences, white_noise};
+use super::neighbours::{Differences, White, white_noise};
 use super::numerical::{hats_by_knot, sum_by_key};
 use super::observation::{Observation, ObservationError};
 use super::weights::{Uncertainty, Weights};
@@ -90,6 +90,14 @@ pub fn test_noise(
         Source::Spread(spread_n) => from_spread(observation, spread_n, weights.specimens),
         Source::Neighbours => from_neighbours(observation),
     };
+    match observation.spikes {
+        0 => (),
+        1 => noise.description += "; a single sample far beside its neighbours was replaced",
+        count => {
+            noise.description +=
+                &format!("; {count} single samples far beside their neighbours were replaced")
+        }
+    }
     noise.slow_mn = off_contact(observation)
         .and_then(|p| p.correlated)
         .map(|c| (c.amplitude.value * 1e3, c.time_s.value));
@@ -193,8 +201,12 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
     let degrees = (points.saturating_sub(q.ncols()) * (n - 1)).max(1) as f64;
     let rest_square = (residuals - &smooth).norm_squared() / degrees;
     let spent = (n as f64 / (n as f64 - 1.0)).sqrt();
-    let neighbours = white_noise(&observation.time_s, residuals.column_iter()).map(|s| s * spent);
-    let white = neighbours.unwrap_or(rest_square.sqrt()).max(SMALLEST_MN);
+    let slopes = slopes(&observation.time_s, force_mn.as_slice());
+    let seen = white_noise(&observation.time_s, &slopes, residuals.column_iter());
+    let seen = seen.unwrap_or(White { still: rest_square.sqrt() / spent, clock_s: 0.0 });
+    let at = |slope: &f64| (spent * seen.at(*slope)).max(SMALLEST_MN);
+    let white_mn = DVector::from_iterator(points, slopes.iter().map(at));
+    let white = if seen.clock_s > 0.0 { white_mn.norm() / (points as f64).sqrt() } else { at(&0.0) };
     let square: f64 = observation.factors.iter().map(|a| a * a).sum();
     let mut common = Vec::new();
     for (j, row) in coefficients.row_iter().enumerate() {
@@ -213,19 +225,34 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
         let sigma_mn = ((rest_square - white * white) / square).sqrt();
         common.extend(slow_noise(observation, "unsteadiness", sigma_mn, 0.0));
     }
+    let clock = match 1e3 * spent * seen.clock_s {
+        0.0 => String::new(),
+        clock_ms => format!(", of its clock {clock_ms:.1} ms"),
+    };
     let description = format!(
-        "mean of {n} specimens: white noise {white:.3} mN per specimen, from neighbouring samples; their heights scatter by \
-         {:.1} %",
+        "mean of {n} specimens: white noise {:.3} mN per specimen{clock}, from neighbouring samples; their heights scatter by {:.1} %",
+        at(&0.0),
         100.0 * observation.log_scatter().unwrap_or(0.0)
     );
     TestNoise {
-        white_mn: DVector::from_element(points, white / square.sqrt()),
+        white_mn: white_mn / square.sqrt(),
         specimen_white_mn: Some(white),
         common,
         slow_mn: None,
         height_scatter: observation.log_scatter(),
         description,
     }
+}
+
+/// Rates at which a curve changes: the larger of both sides'.
+fn slopes(time_s: &[f64], values: &[f64]) -> Vec<f64> {
+    let between = |i: usize| (values[i + 1] - values[i]) / (time_s[i + 1] - time_s[i]);
+    let last = values.len().saturating_sub(1);
+    let at = |i: usize| {
+        let sides = [i.checked_sub(1), Some(i).filter(|i| *i < last)];
+        sides.into_iter().flatten().map(|k| between(k).abs()).fold(0.0, f64::max)
+    };
+    (0..values.len()).map(at).collect()
 }
 
 /// Whether a variance of so many degrees of freedom is larger than white noise alone makes it.

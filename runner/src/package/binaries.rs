@@ -1,9 +1,9 @@
 //! What keeps an archive's libraries from other machines than the one they were built on.
 
 use super::platform::Platform;
-use object::macho::{CPU_TYPE_ARM64, CPU_TYPE_X86_64, MachHeader64};
+use object::macho::{CPU_TYPE_ARM64, CPU_TYPE_X86_64, LC_CODE_SIGNATURE, MachHeader64};
 use object::read::macho::{FatArch, LoadCommandVariant, MachHeader, MachOFatFile32};
-use object::{BinaryFormat, Endianness, File, FileKind, Object, ObjectSection};
+use object::{Architecture, BinaryFormat, Endianness, File, FileKind, Object, ObjectSection};
 use std::path::Path;
 
 /// Newest glibc that a library may need: that of manylinux2014 and of the oldest clusters in use.
@@ -88,7 +88,7 @@ fn lint_library(bytes: &[u8], platform: &Platform, identifier: &str) -> object::
         lint_origin(file, bytes, &mut problems);
         match file.format() {
             BinaryFormat::Elf => lint_glibc(file, &mut problems)?,
-            BinaryFormat::MachO => lint_install_name(bytes, identifier, &mut problems)?,
+            BinaryFormat::MachO => lint_macos(file, bytes, identifier, &mut problems)?,
             _ => {}
         }
     }
@@ -163,21 +163,27 @@ fn lint_glibc(file: &File, problems: &mut Vec<String>) -> object::Result<()> {
     Ok(())
 }
 
-/// Without it the loader of a host that links the library looks where it was built.
-fn lint_install_name(bytes: &[u8], identifier: &str, problems: &mut Vec<String>) -> object::Result<()> {
+/// Without its install name the loader of a host that links the library looks where it was built; without a signature, if only one of
+/// nobody, macOS on arm does not run it.
+fn lint_macos(file: &File, bytes: &[u8], identifier: &str, problems: &mut Vec<String>) -> object::Result<()> {
     let header = MachHeader64::<Endianness>::parse(bytes, 0)?;
     let endian = header.endian()?;
     let mut commands = header.load_commands(endian, bytes, 0)?;
     let expected = format!("@rpath/{identifier}.dylib");
+    let (mut name, mut is_signed) = (None, file.architecture() != Architecture::Aarch64);
     while let Some(command) = commands.next()? {
+        is_signed |= command.cmd() == LC_CODE_SIGNATURE;
         if let LoadCommandVariant::IdDylib(id) = command.variant()? {
-            let name = String::from_utf8_lossy(command.string(endian, id.dylib.name)?).into_owned();
-            if name != expected {
-                problems.push(format!("its install name is {name}, not {expected}"));
-            }
-            return Ok(());
+            name = Some(String::from_utf8_lossy(command.string(endian, id.dylib.name)?).into_owned());
         }
     }
-    problems.push("has no install name".to_owned());
+    match name {
+        Some(name) if name == expected => {}
+        Some(name) => problems.push(format!("its install name is {name}, not {expected}")),
+        None => problems.push("has no install name".to_owned()),
+    }
+    if !is_signed {
+        problems.push("is not signed for arm".to_owned());
+    }
     Ok(())
 }

@@ -3,39 +3,39 @@
 use super::archive::LICENSES;
 use super::binaries::lint_binaries;
 use super::lint3;
-use crate::fmi::{Files, FmiError, Fmu, ModelDescription, VariableKind, Version, read_description};
+use crate::fmi::{Files, FmiError, Fmu, ModelDescription, VariableKind, Version};
 use roxmltree::{Document, Node};
 use std::collections::HashSet;
 use std::path::Path;
+use std::sync::Arc;
 
-/// Problems of an archive or unpacked FMU, description and binary together; empty when there are none.
+/// Problems of an FMU.
+#[derive(Debug, Default)]
+pub struct Problems {
+    /// Of its description, binary and files together.
+    pub own: Vec<String>,
+    /// What keeps its libraries from machines other than the one that built them.
+    pub elsewhere: Vec<String>,
+}
+
+/// Problems of an archive or unpacked FMU.
 ///
 /// # Errors
 /// When it cannot be loaded at all.
-pub fn lint(path: &Path) -> Result<Vec<String>, FmiError> {
-    let mut problems = lint_description(&read_description(path)?)?;
-    let fmu = Fmu::open(path)?;
-    problems.extend(lint_starts(&fmu)?);
-    lint_files(path, &fmu, &mut problems);
-    Ok(problems)
-}
-
-/// What keeps the libraries of an archive or unpacked FMU from machines other than the one that built them; empty when
-/// nothing does.
-///
-/// # Errors
-/// When its files cannot be read.
-pub fn lint_portable(path: &Path) -> Result<Vec<String>, FmiError> {
-    let files = Files::open(path)?;
-    let identifier = ModelDescription::parse(&files.description()?)?.model_identifier;
-    lint_binaries(files.root(), &identifier)
-        .map_err(|source| FmiError::Io { path: files.root().join("binaries"), source })
+pub fn lint(path: &Path) -> Result<Problems, FmiError> {
+    let files = Arc::new(Files::open(path)?);
+    let mut own = lint_description(&files.description()?)?;
+    let fmu = Fmu::of(Arc::clone(&files))?;
+    own.extend(lint_starts(&fmu)?);
+    lint_files(path, files.root(), &mut own);
+    let elsewhere = lint_binaries(files.root(), &fmu.description().model_identifier)
+        .map_err(|source| FmiError::Io { path: files.root().join("binaries"), source })?;
+    Ok(Problems { own, elsewhere })
 }
 
 /// The archive as a file, and what else is in it.
-fn lint_files(path: &Path, fmu: &Fmu, problems: &mut Vec<String>) {
-    // The library lies two folders below the root.
-    if !fmu.library().ancestors().nth(3).is_some_and(|root| root.join(LICENSES).is_file()) {
+fn lint_files(path: &Path, root: &Path, problems: &mut Vec<String>) {
+    if !root.join(LICENSES).is_file() {
         problems.push(format!("{LICENSES} is missing: the licences of what is linked into the binary"));
     }
     #[cfg(unix)]

@@ -12,5 +12,5 @@ mod reference;
 pub use archive::{PackageError, write_archive};
 pub use documentation::documentation;
 pub use documentation3::documentation3;
-pub use lint::{lint, lint_description, lint_portable};
+pub use lint::{Problems, lint, lint_description};
 pub use platform::{BadBinary, Binary, PLATFORMS, Platform};

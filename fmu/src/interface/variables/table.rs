@@ -457,11 +457,17 @@ const BOUNDARY: &[Variable] = &[
     ),
     real(
         "boundary.friction",
-        "Friction coefficient of a bonded punch: where the face begins to open, the bond fails and the sample \
-             slides once its shear exceeds this times the pressure",
+        "Friction coefficient of a bonded punch: where the face begins to open - with boundary.partial_slip \
+             everywhere - the bond fails and the sample slides once its shear exceeds this times the pressure",
         &ONE,
         (0.0, 1000.0),
         field!(Real, padded.boundary.friction),
+    ),
+    flag(
+        "boundary.partial_slip",
+        "A bonded punch holds the sample by boundary.friction alone: Coulomb's law everywhere on the face, under \
+             pressure, too; otherwise a face that is pressed down everywhere sticks, whatever its shear",
+        field!(Boolean, padded.boundary.partial_slip),
     ),
     flag(
         "boundary.bonded_bottom",

@@ -386,7 +386,7 @@ class Verdict:
     text: str
     """In plain words."""
     gap_percent: Optional[float] = None
-    """Largest mean difference between data and plain model in any phase of any cycle, as part of its test's largest force (%)."""
+    """Largest mean difference between data and plain model over half a decade of the time since any kink of the motion, as part of its test's largest force (%)."""
     is_immaterial: Optional[bool] = None
     """Whether there is a significant gap, but a smaller one, and no effect that is sure to predict better."""
     matters_percent: Optional[float] = None
