@@ -65,7 +65,7 @@ fn effects(size: f64) -> Vec<Effect> {
         Effect::GripStep { length: 1e-5 * size, time_s: 30.0 },
         Effect::Meniscus { force: 2e-4 * size, reach: 5e-4 },
         Effect::Tilt { height: 3e-5 * size },
-        Effect::Clip { force: 9e-3 },
+        Effect::Clip { part: 0.9 },
         Effect::Clock { rate: 1e-3 * size },
         Effect::Bubble { loss: (0.05 * size).min(0.6), time_s: 25.0 },
         Effect::WarmingFrame { length: 1e-5 * size, time_s: 40.0 },

@@ -28,9 +28,9 @@ pub enum Effect {
         /// Times 5.
         size: f64,
     },
-    /// Compressible skeleton: a logarithmic law of the pore volume with `lambda* = 1e5 Pa x 0.02^size`.
+    /// Compressible skeleton: a logarithmic law of the pore volume with lambda* times `0.02^size`.
     LogarithmicSkeleton {
-        /// In the logarithm: 1 is 2000 Pa; much beyond, the specimen folds at the edge and has no solution.
+        /// In the logarithm: 1 is 2000 Pa in Table 1; much beyond, the specimen folds at the edge and has no solution.
         size: f64,
     },
     /// Softening with the largest energy that the equilibrium spring stored: stresses fall to `1 - 0.3 size` of theirs
@@ -111,7 +111,7 @@ pub enum Effect {
         /// Times 0.05 s.
         size: f64,
     },
-    /// Numerical error of a coarse mesh and of backward Euler with long steps.
+    /// Numerical error of a coarse mesh and of long steps with a share `size`, at most 1, of backward Euler.
     Coarse {
         /// Sides of the triangles times `2^size`, the steps' tolerance times `10^size`.
         size: f64,
@@ -155,8 +155,8 @@ pub enum Effect {
     },
     /// Outside: the amplifier clips.
     Clip {
-        /// Largest force (N).
-        force: f64,
+        /// Largest reading over the one without the limit [-].
+        part: f64,
     },
     /// Outside: the force's clock runs faster than the record's.
     Clock {

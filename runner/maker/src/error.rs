@@ -19,7 +19,7 @@ pub enum MakerError {
         reason: Failure,
     },
     /// More steps than any sensible test needs.
-    #[error("more than {0} steps")]
+    #[error("more than {0} attempts at a step")]
     TooManySteps(usize),
 }
 

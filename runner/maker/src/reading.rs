@@ -41,7 +41,7 @@ pub fn readings(history: &History, motion: &Motion, times: &[f64], effects: &[Ef
     let lag: f64 =
         effects.iter().map(|e| if let Effect::TwoPoleLag { size } = e { 0.05 * size } else { 0.0 }).sum();
     let mut filter = LowPass::new(0.5 * lag, start);
-    times
+    let mut readings: Vec<f64> = times
         .iter()
         .map(|&t| {
             let clocked = start + (t - start) * (1.0 + clock);
@@ -51,7 +51,14 @@ pub fn readings(history: &History, motion: &Motion, times: &[f64], effects: &[Ef
             };
             effects.iter().fold(force, |force, effect| sensed(effect, force, t, t - start))
         })
-        .collect()
+        .collect();
+    for effect in effects {
+        if let Effect::Clip { part } = effect {
+            let limit = part * readings.iter().copied().fold(0.0, f64::max);
+            readings.iter_mut().for_each(|f| *f = f.min(limit));
+        }
+    }
+    readings
 }
 
 /// Effects of the amplifier at a time (s), `since` the record's start.
@@ -62,7 +69,6 @@ fn sensed(effect: &Effect, force: f64, time: f64, since: f64) -> f64 {
             force + amplitude * (TAU * time / period_s + phase).sin()
         }
         Effect::Gain { part, from_s, to_s } if time >= from_s && time < to_s => force * (1.0 + part),
-        Effect::Clip { force: limit } => force.min(limit),
         _ => force,
     }
 }
@@ -131,7 +137,7 @@ mod tests {
     fn the_amplifier_and_the_clock() {
         let (history, motion) = ramp();
         let read = |effect: Effect| readings(&history, &motion, &[5.0], &[effect])[0];
-        assert_eq!(read(Effect::Clip { force: 4e-3 }), 4e-3);
+        assert_eq!(read(Effect::Clip { part: 0.5 }), 5e-3);
         assert!((read(Effect::Clock { rate: 0.1 }) - 11e-3).abs() < 1e-12);
         assert!((read(Effect::SaturatingDrift { size: 1.0, time_s: 1e6 }) - 10.01e-3).abs() < 1e-7);
         assert!((read(Effect::Tilt { height: 1e-3 }) - 5e-3).abs() < 1e-12);

@@ -79,7 +79,7 @@ impl Setup {
             }
             Effect::ExponentialPermeability { size } => self.seepage = Seepage::Exponential(5.0 * size),
             Effect::LogarithmicSkeleton { size } => {
-                s.material.lambda = 1e5 * 0.02f64.powf(size);
+                s.material.lambda *= 0.02f64.powf(size);
                 self.volumetric = Volumetric::LogarithmicPores;
             }
             Effect::EnergySoftening { size } => {
@@ -115,7 +115,7 @@ impl Setup {
                 self.fineness =
                     Fineness { edge: plain.edge * by * by, growth: plain.growth * by, near: plain.near * by };
                 self.pace.tolerance *= 10f64.powf(size);
-                self.pace.first_order = true;
+                self.pace.first_order = size.min(1.0);
             }
             Effect::Bubble { loss, time_s } => {
                 self.ageing.push((-loss, time_s, SUDDEN_S));
@@ -185,7 +185,8 @@ impl Setup {
                 .map_err(|_| MakerError::Invalid("the mesh is too large"))?;
             let done = Drive::new(&system, self.frame, self.pace, shortest, &ageing).run(&self.motion);
             fineness.edge *= 4.0;
-            if done.is_ok() || fineness.edge > COARSEST_EDGE {
+            let may_help = matches!(done, Err(MakerError::NoConvergence { .. }));
+            if !may_help || fineness.edge > COARSEST_EDGE {
                 return done;
             }
         }

@@ -29,6 +29,18 @@ impl Formula {
         }
     }
 
+    /// This formula with a share of backward Euler's over the same step.
+    #[must_use]
+    pub fn with_first_order(self, share: f64) -> Self {
+        let (first, own) = (Self::first_order(self.step), 1.0 - share);
+        Self {
+            last: share * first.last + own * self.last,
+            before: own * self.before,
+            gamma: share * first.gamma + own * self.gamma,
+            step: self.step,
+        }
+    }
+
     /// Combination of the two last values.
     pub fn start<const N: usize>(&self, last: &[f64; N], before: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|i| self.last * last[i] + self.before * before[i])
