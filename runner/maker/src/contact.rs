@@ -7,6 +7,8 @@
 pub enum Friction {
     /// Coulomb's coefficient [-]; a large one sticks.
     Coulomb(f64),
+    /// The same once a part of the face has opened; a face that is pressed everywhere sticks, whatever its shear.
+    Bond(f64),
     /// A viscous film: shear traction over sliding velocity (Pa s/m).
     Film(f64),
 }
@@ -69,7 +71,21 @@ const STICK: f64 = 0.03;
 /// Lag of the cohesive traction behind a changing gap (s): bonds that break all at once would have no equilibrium.
 const COHESION_LAG_S: f64 = 0.01;
 
+/// Coefficient of what sticks.
+const STICKS: f64 = 1e9;
+
 impl Face {
+    /// The law of a step that begins with these points.
+    #[must_use]
+    pub fn at(self, points: &[Touch]) -> Self {
+        match self.friction {
+            Friction::Bond(_) if points.iter().all(|t| t.closed) => {
+                Self { friction: Friction::Coulomb(STICKS), ..self }
+            }
+            _ => self,
+        }
+    }
+
     /// Tractions of a point with penetration and radial displacement (m) after a step (s), and its new memory.
     pub fn respond(
         &self,
@@ -115,7 +131,7 @@ impl Face {
             Friction::Film(resistance) => {
                 (t.radial, t.radial_slope) = (resistance / step * (radial - last.radial), resistance / step);
             }
-            Friction::Coulomb(coefficient) => {
+            Friction::Coulomb(coefficient) | Friction::Bond(coefficient) => {
                 let stiffness = STICK * penalty;
                 let (stick, limit) = (stiffness * (radial - last.anchor), coefficient * last.pressure);
                 let beyond = stick.abs() - limit;

@@ -37,7 +37,7 @@ const KINK_TRAVEL: f64 = 0.003;
 /// Steps, taken or not, after which a test is given up: a limit of work that is the same on every machine. Three cycles need 900.
 const MOST_ATTEMPTS: usize = 3_000;
 /// Steps of one piece of the motion that failed, after which a test is given up: where equilibrium comes and goes. Ten are common.
-const MOST_FAILURES: usize = 60;
+const MOST_FAILURES: usize = 40;
 
 /// A test in progress.
 pub struct Drive<'a> {
@@ -198,8 +198,9 @@ impl<'a> Drive<'a> {
         let step = time - now.time;
         let earlier = marks.len().checked_sub(2).map(|i| &marks[i]);
         let formula = match earlier {
-            Some(earlier) => Formula::second_order(step, now.time - earlier.time)
-                .with_first_order(self.pace.first_order),
+            Some(earlier) => {
+                Formula::second_order(step, now.time - earlier.time).with_first_order(self.pace.first_order)
+            }
             None => Formula::first_order(step),
         };
         let mut x = now.x.clone();

@@ -16,7 +16,7 @@ pub struct Fineness {
 
 impl Default for Fineness {
     fn default() -> Self {
-        Self { edge: 0.004, growth: 0.5, near: 0.2 }
+        Self { edge: 0.008, growth: 0.5, near: 0.2 }
     }
 }
 
@@ -227,7 +227,7 @@ mod tests {
         assert!((area / (10.3e-3 * 7.1e-3) - 1.0).abs() < 1e-12);
         let length = |s: &Side| mesh.nodes[s[1]][0] - mesh.nodes[s[0]][0];
         assert!((mesh.face.iter().map(length).sum::<f64>() - 2e-3).abs() < 1e-12);
-        assert!(mesh.face.last().map(length).unwrap() < 0.005 * 2e-3);
+        assert!(mesh.face.last().map(length).unwrap() < 0.01 * 2e-3);
         println!("{} triangles, {} nodes", mesh.triangles.len(), mesh.nodes.len());
     }
 }

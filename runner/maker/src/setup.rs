@@ -13,7 +13,7 @@ use crate::specimen::{Branch, Ogden, Specimen};
 use crate::step::Frame;
 use crate::system::System;
 
-/// Friction of a bonded punch: the face's bond fails where it would bear more shear than pressure.
+/// Friction of a bonded punch once its face opens: the bond fails where it would bear more shear than pressure.
 const BONDED: f64 = 1.0;
 /// Film of sliding points times the punch's radius over the instantaneous modulus (s).
 const SLIP_FILM: f64 = 0.1;
@@ -48,7 +48,7 @@ impl Setup {
             seepage: Seepage::Linear,
             thinning: None,
             softening: None,
-            face: Face { friction: Friction::Coulomb(BONDED), cohesion: None, slip_film: 0.0 },
+            face: Face { friction: Friction::Bond(BONDED), cohesion: None, slip_film: 0.0 },
             boundary: Boundary { bottom: Drainage::Free, side: Drainage::Free, face: 0.0 },
             frame: None,
             fineness: Fineness::default(),
@@ -184,7 +184,7 @@ impl Setup {
             let system = System::new(&self.specimen, laws.clone(), self.face, &self.boundary, &fineness)
                 .map_err(|_| MakerError::Invalid("the mesh is too large"))?;
             let done = Drive::new(&system, self.frame, self.pace, shortest, &ageing).run(&self.motion);
-            fineness.edge *= 4.0;
+            fineness.edge *= 2.0;
             let may_help = matches!(done, Err(MakerError::NoConvergence { .. }));
             if !may_help || fineness.edge > COARSEST_EDGE {
                 return done;

@@ -223,8 +223,9 @@ impl System {
         for (i, cell) in self.cells.iter().enumerate() {
             self.add_cell(i, cell, x, step, tangent, &mut now.points, eq)?;
         }
+        let face = self.face.at(&step.last.touches);
         for (i, strip) in self.strips.iter().enumerate() {
-            self.add_face(i, strip, x, depth, step, tangent, &mut now.touches, eq);
+            self.add_face(face, i, strip, x, depth, step, tangent, &mut now.touches, eq);
         }
         for (i, strip) in self.drains.iter().enumerate() {
             self.add_drain(i, strip, x, step, tangent, eq);
@@ -234,11 +235,12 @@ impl System {
 
     /// The branches of the contact law on which the points of the face are.
     pub fn branches(&self, x: &[f64], depth: f64, step: &Step<'_>) -> Vec<u8> {
+        let face = self.face.at(&step.last.touches);
         let point = |(i, g): (usize, (&Strip, &SidePoint))| {
             let (strip, g) = g;
             let at = |d: usize| (0..3).map(|a| g.shape[a] * x[2 * strip.side[a] + d]).sum::<f64>();
             let last = &step.last.touches[i];
-            self.face.respond(strip.stiffness, last, at(1) + depth, at(0), step.formula.step).0.branch
+            face.respond(strip.stiffness, last, at(1) + depth, at(0), step.formula.step).0.branch
         };
         self.strips.iter().flat_map(|s| s.points.iter().map(move |g| (s, g))).enumerate().map(point).collect()
     }
@@ -301,6 +303,7 @@ impl System {
     #[expect(clippy::too_many_arguments)]
     fn add_face(
         &self,
+        face: Face,
         index: usize,
         strip: &Strip,
         x: &[f64],
@@ -315,8 +318,7 @@ impl System {
         for (k, g) in strip.points.iter().enumerate() {
             let at = |d: usize| (0..3).map(|a| g.shape[a] * x[2 * strip.side[a] + d]).sum::<f64>();
             let last = &step.last.touches[3 * index + k];
-            let (t, touch) =
-                self.face.respond(strip.stiffness, last, at(1) + depth, at(0), step.formula.step);
+            let (t, touch) = face.respond(strip.stiffness, last, at(1) + depth, at(0), step.formula.step);
             now[3 * index + k] = touch;
             eq.force += t.normal * g.weight;
             eq.force_by_depth += t.normal_slope * g.weight;

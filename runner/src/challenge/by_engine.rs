@@ -68,7 +68,8 @@ impl ByEngine<'_> {
             dense_s.extend((1..PARTS).map(|k| w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(PARTS)));
             dense_s.push(w[1]);
         }
-        let job = Job { parameters, protocol: Arc::new(Protocol::new(points)?), time_s: dense_s.clone().into() };
+        let job =
+            Job { parameters, protocol: Arc::new(Protocol::new(points)?), time_s: dense_s.clone().into() };
         let run = self.engine.submit(&job, Priority::Urgent);
         Ok(Started { run, dense_s, forms, index, test })
     }

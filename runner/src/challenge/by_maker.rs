@@ -21,7 +21,10 @@ impl<'a> ByMaker<'a> {
     ///
     /// # Errors
     /// When the threads cannot be started.
-    pub fn new(threads: usize, is_stopped: &'a (dyn Fn() -> bool + Sync)) -> Result<Self, ThreadPoolBuildError> {
+    pub fn new(
+        threads: usize,
+        is_stopped: &'a (dyn Fn() -> bool + Sync),
+    ) -> Result<Self, ThreadPoolBuildError> {
         Ok(Self { threads: ThreadPoolBuilder::new().num_threads(threads).build()?, is_stopped })
     }
 }
@@ -44,7 +47,8 @@ impl Source for ByMaker<'_> {
             let Test { protocol, time_s, .. } = &tests[test];
             Ok(simulate(&specimen, &Motion::new(protocol.points().to_vec())?, time_s, &effects)?)
         };
-        let readings: Vec<Vec<f64>> = self.threads.install(|| runs.par_iter().map(one).collect::<Result<_, MakeError>>())?;
+        let readings: Vec<Vec<f64>> =
+            self.threads.install(|| runs.par_iter().map(one).collect::<Result<_, MakeError>>())?;
         Ok(readings.chunks(tests.len()).map(<[Vec<f64>]>::to_vec).collect())
     }
 }

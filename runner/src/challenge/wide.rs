@@ -85,7 +85,10 @@ pub fn outside(stress: f64, random: &mut Random) -> Cause {
         // To be seen after a reversal only, in more cycles than one.
         12 => Effect::Backlash { length: 1e-5 * size },
         _ => {
-            return Cause::Specimen(Flaw::BadSpecimen { loss: 0.15 * size, time_s: random.between(3.0, 30.0) });
+            return Cause::Specimen(Flaw::BadSpecimen {
+                loss: 0.15 * size,
+                time_s: random.between(3.0, 30.0),
+            });
         }
     })
 }

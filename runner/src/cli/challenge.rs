@@ -134,7 +134,8 @@ const DERIVATIVES: [&str; 1] = ["mesh.preset=coarse"];
 /// Refuses what would have no effect.
 fn check(arguments: &Make) -> Result<(), String> {
     let EngineArguments { set, parameters, mesh, .. } = &arguments.engine;
-    let given = [("--mesh", mesh.is_some()), ("--set", !set.is_empty()), ("--parameters", !parameters.is_empty())];
+    let given =
+        [("--mesh", mesh.is_some()), ("--set", !set.is_empty()), ("--parameters", !parameters.is_empty())];
     match given.iter().find(|(_, is_given)| *is_given && arguments.ground == Ground::Wide) {
         Some((option, _)) => Err(format!(
             "{option} acts on the model, but the cases of --ground wide are computed by an independent solver; leave it \
@@ -182,7 +183,9 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
         arguments.out.join(SEAL).display()
     );
     if replaced > 0 {
-        say!("{replaced} draws could not be computed, others of their kinds replace them; the key tells which and why");
+        say!(
+            "{replaced} draws could not be computed, others of their kinds replace them; the key tells which and why"
+        );
     }
     match &arguments.secret {
         Some(file) => write_file(file, format!("{secret}\n").as_bytes())?,
