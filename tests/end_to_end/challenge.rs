@@ -1,8 +1,8 @@
 //! Cases whose cause the diagnosis does not know.
 
-use super::program::{directory, succeed, text};
+use super::program::{directory, fail, one_line, succeed, text};
 
-/// Cases with a visible effect, whose visibility is computed from derivatives at what was drawn.
+/// Cases of the wide ground, by the independent solver, with an effect whose visibility is computed from derivatives at what was drawn.
 #[test]
 fn cases_are_made_and_their_key_is_sealed() {
     let d = directory();
@@ -15,4 +15,13 @@ fn cases_are_made_and_their_key_is_sealed() {
     let full = folders.iter().filter(|f| f.join("P1.csv").is_file() && f.join("P2.csv").is_file()).count();
     assert_eq!(full, 2, "{folders:?}");
     assert!(key.is_file());
+}
+
+/// The wide ground is not computed with the model: its mesh is no matter there.
+#[test]
+fn the_model_s_mesh_is_refused_for_the_wide_ground() {
+    let d = directory();
+    let out = d.path().join("cases");
+    let told = one_line(&fail(&["challenge", "make", "--mesh", "fine", "--out", text(&out)]));
+    assert!(told.contains("--mesh") && told.contains("--ground near"), "{told}");
 }

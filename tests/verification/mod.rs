@@ -25,3 +25,4 @@ mod sensitivities;
 mod small_steps;
 mod solid_3d;
 mod stepping;
+mod two_programs;

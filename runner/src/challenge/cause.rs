@@ -1,209 +1,41 @@
-//! What can be behind a case: effects of the catalogue in other forms than the catalogue's, and causes that it does
-//! not have.
+//! What can be behind a case, whoever computes it.
 
+use super::form::Form;
+use poropunch_maker::Effect;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
-/// A cause with its size (SI).
+/// A cause with its size.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "form", rename_all = "kebab-case")]
+#[serde(tag = "source", rename_all = "kebab-case")]
 pub enum Cause {
-    /// Drift that slows down, where the catalogue's is linear: `rate T (1 - exp(-t/T))`.
-    SaturatingDrift {
-        /// Initial rate (N/s).
-        rate: f64,
-        /// T (s).
-        time_s: f64,
-    },
-    /// Two equal low passes in series, where the catalogue has one.
-    TwoPoleLag {
-        /// Sum of both time constants (s).
-        time_s: f64,
-    },
-    /// The surface lies higher than recorded; the motion itself is shifted.
-    ShiftedSurface {
-        /// Height (m).
-        height: f64,
-    },
-    /// The second test's specimens are stiffer by a factor.
-    Batch {
-        /// ln of the factor.
-        log_factor: f64,
-    },
-    /// A slow branch of a time that the catalogue does not try.
-    SlowBranch {
-        /// Ogden modulus (Pa), exponent that of the FMU.
-        mu: f64,
-        /// Viscosity (Pa s).
-        eta: f64,
-    },
-    /// Flow by the hyperbolic sine.
-    Flow {
-        /// Inverse stress (1/Pa).
-        inverse_stress: f64,
-    },
-    /// Softening of another strain scale.
-    Damage {
-        /// Part of the stress that is lost.
-        loss: f64,
-        /// Its strain.
-        strain: f64,
-    },
-    /// Stiffening or softening with time.
-    Ageing {
-        /// Rate (1/s).
-        rate: f64,
-    },
-    /// An elastic frame.
-    Frame {
-        /// Compliance (m/N).
-        per_newton: f64,
-    },
-    /// A drained skeleton that can be compressed.
-    SoftSkeleton {
-        /// lambda* (Pa).
-        lambda: f64,
-    },
-    /// Outside the catalogue: the drive overshoots at the end of the ramp and swings.
-    Overshoot {
-        /// Amplitude (m).
-        length: f64,
-        /// Frequency (Hz).
-        frequency: f64,
-        /// Decay time (s).
-        decay_s: f64,
-    },
-    /// Outside: the warming frame pushes the punch on during the hold, unseen by the displacement sensor.
-    WarmingFrame {
-        /// Length (m).
-        length: f64,
-        /// Time (s).
-        time_s: f64,
-    },
-    /// Outside: water climbs the punch on contact and pulls with a constant force.
-    Meniscus {
-        /// Force (N).
-        force: f64,
-    },
-    /// Outside: a periodic disturbance, e.g. of the air conditioning.
-    Hum {
-        /// Amplitude (N).
-        force: f64,
-        /// Period (s).
-        period_s: f64,
-    },
-    /// Outside: the amplifier's gain changes for a while during the hold.
-    GainStep {
-        /// Relative change (-).
-        part: f64,
-        /// Begin, after the end of the ramp (s).
-        from_s: f64,
-        /// End (s).
-        to_s: f64,
-    },
-    /// Outside: the mains, of another frequency than a whole number of samples.
-    Mains {
-        /// Amplitude (N).
-        force: f64,
-        /// Frequency (Hz).
-        frequency: f64,
-    },
-    /// Outside: the sample slips in its grip during the hold and comes a little nearer to the punch, or goes from it.
-    GripStep {
-        /// Step (m).
-        length: f64,
-        /// Time after the begin of the hold (s).
-        at_s: f64,
-    },
-    /// Outside: the room's temperature swings, and the load cell's zero with it.
-    ThermalWave {
-        /// Amplitude (N).
-        force: f64,
-        /// Period (s).
-        period_s: f64,
-        /// Phase in the first test, and that many times more in each later one (radian).
-        phase: f64,
-    },
-    /// Outside: a tilted punch touches on one side first; the contact is whole at a depth only.
-    Tilt {
-        /// That depth (m).
-        depth: f64,
-    },
-    /// Outside: the amplifier ends at a force.
-    Clipped {
-        /// Part of the largest force.
-        part: f64,
-    },
-    /// Outside: the clock of the force is not that of the motion.
-    Clock {
-        /// How much faster it goes (-).
-        faster: f64,
-    },
-    /// Outside: one specimen is cracked, and softens while it is held.
+    /// Of the near ground, computed with the engine.
+    Engine(Form),
+    /// Of the wide ground, computed by the independent solver.
+    Maker(Effect),
+    /// Of single specimens, whoever computes the others.
+    Specimen(Flaw),
+}
+
+/// What is wrong with one specimen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "form", rename_all = "kebab-case")]
+pub enum Flaw {
+    /// Outside the catalogue: it is cracked, and softens while it is held.
     BadSpecimen {
         /// Part of its force that goes.
         loss: f64,
         /// In this time (s).
         time_s: f64,
     },
-    /// Outside: a bubble under the punch collapses during the hold.
-    Bubble {
-        /// Part of the force that goes with it.
-        loss: f64,
-        /// Time after the end of the ramp (s).
-        at_s: f64,
-    },
 }
 
 impl Cause {
     /// Name in the catalogue; `None` outside of it.
     pub fn effect(&self) -> Option<&'static str> {
-        Some(match self {
-            Self::SaturatingDrift { .. } => "load_cell_drift",
-            Self::TwoPoleLag { .. } => "load_cell_lag",
-            Self::ShiftedSurface { .. } => "offset",
-            Self::Batch { .. } => "amplitude",
-            Self::SlowBranch { .. } => "third_branch",
-            Self::Flow { .. } => "eyring",
-            Self::Damage { .. } => "softening",
-            Self::Ageing { .. } => "modulus_drift",
-            Self::Frame { .. } => "compliance",
-            Self::SoftSkeleton { .. } => "lambda_star",
-            Self::Overshoot { .. }
-            | Self::WarmingFrame { .. }
-            | Self::Meniscus { .. }
-            | Self::Hum { .. }
-            | Self::GainStep { .. }
-            | Self::Mains { .. }
-            | Self::GripStep { .. }
-            | Self::ThermalWave { .. }
-            | Self::Tilt { .. }
-            | Self::Clipped { .. }
-            | Self::Clock { .. }
-            | Self::BadSpecimen { .. }
-            | Self::Bubble { .. } => return None,
-        })
-    }
-
-    /// Parameters of the FMU.
-    pub fn set(&self, values: &mut BTreeMap<String, f64>) {
-        let mut set = |name: &str, value: f64| {
-            values.insert(name.to_owned(), value);
-        };
-        match *self {
-            Self::SlowBranch { mu, eta } => {
-                set("material.branch[3].mu", mu);
-                set("material.branch[3].eta", eta);
-            }
-            Self::Flow { inverse_stress } => set("effect.eyring.inverse_stress", inverse_stress),
-            Self::Damage { loss, strain } => {
-                set("effect.softening.loss", loss);
-                set("effect.softening.strain", strain);
-            }
-            Self::Ageing { rate } => set("effect.modulus_drift.rate", rate),
-            Self::Frame { per_newton } => set("effect.compliance.per_newton", per_newton),
-            Self::SoftSkeleton { lambda } => set("material.lambda_star", lambda),
-            _ => {}
+        match self {
+            Self::Engine(form) => form.effect(),
+            Self::Maker(effect) => effect.catalogue(),
+            Self::Specimen(_) => None,
         }
     }
 }
@@ -212,11 +44,18 @@ impl Cause {
 mod tests {
     use super::*;
 
+    /// Both grounds have an overshoot with the same fields: the key tells them apart, and each has a form for the table of scores.
     #[test]
-    fn causes_outside_the_catalogue_have_no_name_in_it() {
-        let names: Vec<&str> = poropunch::effect::CATALOGUE.iter().map(|e| e.name).collect();
-        let inside = Cause::TwoPoleLag { time_s: 0.1 };
-        assert!(names.contains(&inside.effect().unwrap()));
-        assert!(Cause::Hum { force: 1e-4, period_s: 7.0 }.effect().is_none());
+    fn causes_are_read_as_they_were_written() {
+        let causes = [
+            Cause::Engine(Form::Overshoot { length: 1e-5, frequency: 3.0, decay_s: 0.2 }),
+            Cause::Maker(Effect::Overshoot { length: 1e-5, frequency: 3.0, decay_s: 0.2 }),
+            Cause::Specimen(Flaw::BadSpecimen { loss: 0.1, time_s: 7.0 }),
+        ];
+        for cause in causes {
+            let value = serde_json::to_value(&cause).unwrap();
+            assert!(value["form"].is_string() && cause.effect().is_none());
+            assert_eq!(serde_json::from_value::<Cause>(value).unwrap(), cause);
+        }
     }
 }

@@ -106,6 +106,18 @@ mod tests {
         }
     }
 
+    /// Public seeds are kept: a name comes after everything that was drawn before it.
+    #[test]
+    fn the_near_ground_gives_the_cases_that_it_gave() {
+        let mut ids: Vec<String> = draw(2028, 20, &[], Ground::Near).into_iter().map(|c| c.id).collect();
+        ids.sort();
+        let given = [
+            "18e2a310 2f201c61 316b43f0 393cbbcd 3dc58417 541f3af1 647122f7 713797e6 7a4d4477 ad2ea0dd",
+            "ba4bc402 c64085d6 cdd24c01 d0851d83 d71366c7 dd12ebc9 df8f35b2 e4a4af3d eafcb655 f2eec3bb",
+        ];
+        assert_eq!(ids.join(" "), given.join(" "));
+    }
+
     #[test]
     fn only_the_wanted_kinds_are_drawn() {
         let cases = draw(7, 20, &[Kind::Pair, Kind::Null], Ground::Near);

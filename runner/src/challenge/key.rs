@@ -14,7 +14,7 @@ pub const SEAL: &str = "key.blake3";
 /// What is behind the cases.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Key {
-    /// `poropunch.challenge/1`.
+    /// [`CONTENT`].
     pub schema: String,
     /// Seed of the draws.
     pub seed: u64,
@@ -24,6 +24,20 @@ pub struct Key {
     pub cycles: i32,
     /// All cases.
     pub cases: Vec<Solution>,
+    /// Draws that others of their kind replace, because they could not be computed: a bias, where they are many.
+    pub replaced: Vec<Replaced>,
+}
+
+/// What a key holds.
+pub const CONTENT: &str = "poropunch.challenge/2";
+
+/// A draw that could not be computed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Replaced {
+    /// What was drawn.
+    pub drawn: Drawn,
+    /// Why it could not be computed.
+    pub reason: String,
 }
 
 /// What is behind one case.
@@ -190,7 +204,8 @@ mod tests {
     fn only_its_secret_opens_the_sealed_key() {
         let folder = tempfile::tempdir().unwrap();
         let (secret, ground) = (Secret::random(), Ground::Wide);
-        let key = Key { schema: "poropunch.challenge/1".into(), seed: 3, ground, cycles: 1, cases: vec![] };
+        let (schema, cases, replaced) = (CONTENT.to_owned(), vec![], vec![]);
+        let key = Key { schema, seed: 3, ground, cycles: 1, cases, replaced };
         let path = folder.path().join("key.json");
         let write = |key: &Key| {
             let bytes = sealed(key, &secret).unwrap();

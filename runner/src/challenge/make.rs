@@ -1,22 +1,25 @@
 //! `runner challenge make`: cases for the diagnosis, and their sealed key.
 
+use super::by_engine::ByEngine;
+use super::by_maker::ByMaker;
 use super::draw::{Drawn, Kind, again, draw};
 use super::ground::Ground;
-use super::key::{Key, SEAL, Secret, Solution, hash, sealed};
+use super::key::{CONTENT, Key, Replaced, SEAL, Secret, Solution, hash, sealed};
 use super::noise::{csv, measured_n};
 use super::oracle::seen;
-use super::simulate::{Test, Truth, start, tests};
+use super::simulate::{Source, Test, tests};
 use crate::data::{DataError, Wanted, read_str};
 use crate::engine::Engine;
 use crate::fit::EvaluationFailure;
 use crate::inference::ParameterError;
 use crate::noise::ObservationError;
 use crate::output::mark::marked;
-use crate::output::{OutputError, remove_folder, write_file};
+use crate::output::{OutputError, write_file};
 use crate::pool::RunFailure;
 use poropunch::motion::protocol::ProtocolError;
+use poropunch_maker::MakerError;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Cases that cannot be made.
@@ -28,6 +31,12 @@ pub enum MakeError {
     /// A simulation.
     #[error("a case cannot be simulated: {0}")]
     Run(#[from] RunFailure),
+    /// The same by the independent solver.
+    #[error("a case cannot be simulated: {0}")]
+    Maker(#[from] MakerError),
+    /// Threads for it.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
     /// A file that was written is not read as a measurement.
     #[error(transparent)]
     Data(#[from] DataError),
@@ -69,12 +78,23 @@ pub struct Plan<'a> {
     pub visible: bool,
     /// Cycles of each test.
     pub cycles: i32,
-    /// The maker's mesh and time steps.
+    /// The engine's mesh and time steps: for the near ground's forces, and for the derivatives that tell what can be seen.
     pub numerics: BTreeMap<String, f64>,
+    /// Runs of the independent solver at a time; 0: as many as there are cores.
+    pub jobs: usize,
     /// Folder of the cases.
     pub out: &'a Path,
     /// File of the key.
     pub key: &'a Path,
+}
+
+/// What was made.
+#[derive(Clone)]
+pub struct Made {
+    /// What opens the key.
+    pub secret: Secret,
+    /// Draws that could not be computed, which others replace.
+    pub replaced: usize,
 }
 
 /// Times that a case which cannot be simulated is drawn again before the maker gives up.
@@ -82,12 +102,19 @@ const ATTEMPTS: u64 = 8;
 /// Times that one is drawn whose causes should be visible: of pairs, one in thirteen is.
 const VISIBLE_ATTEMPTS: u64 = 100;
 
-/// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the sealed key, and its hash beside the cases; returns what opens the key.
+/// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the sealed key, and its hash beside the cases.
 ///
 /// # Errors
 /// When a case cannot be simulated or written.
-pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result<Secret, MakeError> {
-    let tests = tests(plan.cycles)?;
+pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result<Made, MakeError> {
+    let is_stopped = || engine.is_stopped();
+    let by_engine = ByEngine { engine, numerics: &plan.numerics };
+    let by_maker = ByMaker::new(plan.jobs, &is_stopped)?;
+    let source: &dyn Source = match plan.ground {
+        Ground::Near => &by_engine,
+        Ground::Wide => &by_maker,
+    };
+    let mut maker = Maker { engine, plan, tests: tests(plan.cycles)?, source, replaced: vec![] };
     let mut cases = Vec::new();
     for (number, drawn) in draw(plan.seed, plan.cases, plan.kinds, plan.ground).into_iter().enumerate() {
         say(format!("case {} of {}", number + 1, plan.cases));
@@ -98,74 +125,84 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
             .map(|k| if k == 0 { drawn.clone() } else { again(&drawn, k * (ATTEMPTS + 1), plan.ground) });
         let solution = loop {
             let Some(drawn) = draws.next() else { return Err(MakeError::Invisible(number + 1)) };
-            let solution = computable(engine, plan, &tests, &drawn)?;
+            let (solution, files) = maker.computable(&drawn)?;
             if !chosen || solution.is_visible() {
+                files.iter().try_for_each(|(path, text)| write_file(path, text.as_bytes()))?;
                 break solution;
             }
-            remove_folder(&plan.out.join("cases").join(&solution.drawn.id))?;
         };
         cases.push(solution);
     }
-    let (schema, ground) = ("poropunch.challenge/1".to_owned(), plan.ground);
-    let key = Key { schema, seed: plan.seed, ground, cycles: plan.cycles, cases };
+    let Maker { replaced, .. } = maker;
+    let (schema, ground, replacements) = (CONTENT.to_owned(), plan.ground, replaced.len());
+    let key = Key { schema, seed: plan.seed, ground, cycles: plan.cycles, cases, replaced };
     let secret = Secret::random();
     let bytes = marked(plan.key, &sealed(&key, &secret).ok_or(MakeError::Seal)?).into_owned();
     write_file(plan.key, &bytes)?;
     write_file(&plan.out.join(SEAL), format!("{}\n", hash(&bytes)).as_bytes())?;
-    Ok(secret)
+    Ok(Made { secret, replaced: replacements })
 }
 
-/// The case, or another one of its kind where some material and causes together are beyond what the mesh can follow.
-fn computable(engine: &Engine, plan: &Plan, tests: &[Test; 2], drawn: &Drawn) -> Result<Solution, MakeError> {
-    let mut made = one(engine, plan, tests, drawn.clone());
-    for attempt in 1..=ATTEMPTS {
-        if !matches!(
-            made,
-            Err(MakeError::Run(RunFailure::Model(_)) | MakeError::Evaluation(EvaluationFailure::Failed(_)))
-        ) {
-            break;
+/// Paths of a case's files and what is to be in them.
+type Files = Vec<(PathBuf, String)>;
+
+/// A challenge that is being made.
+struct Maker<'a> {
+    engine: &'a Engine,
+    plan: &'a Plan<'a>,
+    tests: [Test; 2],
+    source: &'a dyn Source,
+    replaced: Vec<Replaced>,
+}
+
+impl Maker<'_> {
+    /// The case, or another one of its kind where some material and causes together are beyond what the mesh can follow.
+    fn computable(&mut self, drawn: &Drawn) -> Result<(Solution, Files), MakeError> {
+        let mut next = drawn.clone();
+        for attempt in 1..=ATTEMPTS {
+            match self.one(next.clone()) {
+                Err(
+                    e @ (MakeError::Run(RunFailure::Model(_))
+                    | MakeError::Maker(_)
+                    | MakeError::Evaluation(EvaluationFailure::Failed(_))),
+                ) => self.replaced.push(Replaced { drawn: next, reason: e.to_string() }),
+                made => return made,
+            }
+            next = again(drawn, attempt, self.plan.ground);
         }
-        made = one(engine, plan, tests, again(drawn, attempt, plan.ground));
+        self.one(next)
     }
-    made
-}
 
-fn one(engine: &Engine, plan: &Plan, tests: &[Test; 2], drawn: Drawn) -> Result<Solution, MakeError> {
-    // With all causes, without any, and with each of them alone.
-    let mut sets = vec![drawn.causes.clone()];
-    if !drawn.causes.is_empty() {
-        sets.push(vec![]);
+    fn one(&self, drawn: Drawn) -> Result<(Solution, Files), MakeError> {
+        let (engine, plan, tests) = (self.engine, self.plan, &self.tests);
+        // With all causes, without any, and with each of them alone.
+        let mut sets = vec![drawn.causes.clone()];
+        if !drawn.causes.is_empty() {
+            sets.push(vec![]);
+        }
+        if drawn.causes.len() > 1 {
+            sets.extend(drawn.causes.iter().map(|c| vec![c.clone()]));
+        }
+        let readings = self.source.readings_n(&drawn.material, &sets, tests)?;
+        let measured = measured_n(&drawn, tests, &readings[0]);
+        let folder = plan.out.join("cases").join(&drawn.id);
+        let (mut files, mut measurements) = (Files::new(), Vec::new());
+        for (test, measured) in tests.iter().zip(&measured) {
+            let path = folder.join(format!("{}.csv", test.name));
+            let text = csv(test, measured);
+            measurements.push(read_str(&text, &path, Wanted::MotionAndForce)?);
+            files.push((path, text));
+        }
+        let all_mn =
+            |reading: &Vec<Vec<f64>>| -> Vec<f64> { reading.iter().flatten().map(|f| f * 1e3).collect() };
+        let alone = if readings.len() > 2 { &readings[2..] } else { &readings[..drawn.causes.len()] };
+        let plain = readings.get(1).map(all_mn).unwrap_or_default();
+        let change = |r: &Vec<Vec<f64>>| all_mn(r).iter().zip(&plain).map(|(a, b)| a - b).collect();
+        let changes: Vec<Vec<f64>> = alone.iter().map(change).collect();
+        let seen = seen(engine, &drawn, &plan.numerics, &measurements, &changes)?;
+        let (visibility, gap_percent) = seen.iter().map(|s| (s.score, s.gap_percent)).unzip();
+        let effects = drawn.causes.iter().filter_map(|c| c.effect().map(str::to_owned)).collect();
+        let truth_mn = readings[0].iter().map(|r| r.iter().map(|f| f * 1e3).collect()).collect();
+        Ok((Solution { drawn, effects, visibility, gap_percent, truth_mn }, files))
     }
-    if drawn.causes.len() > 1 {
-        sets.extend(drawn.causes.iter().map(|c| vec![c.clone()]));
-    }
-    let mut runs: Vec<Vec<Truth>> = Vec::new();
-    for causes in &sets {
-        let of = |t: (usize, &Test)| start(engine, &drawn, causes, &plan.numerics, t);
-        runs.push(tests.iter().enumerate().map(of).collect::<Result<_, _>>()?);
-    }
-    let readings: Vec<Vec<Vec<f64>>> = runs
-        .iter()
-        .map(|of_tests| of_tests.iter().map(Truth::reading_n).collect::<Result<_, _>>())
-        .collect::<Result<_, _>>()?;
-    let measured = measured_n(&drawn, tests, &readings[0]);
-    let folder = plan.out.join("cases").join(&drawn.id);
-    let mut measurements = Vec::new();
-    for (test, measured) in tests.iter().zip(&measured) {
-        let path = folder.join(format!("{}.csv", test.name));
-        let text = csv(test, measured);
-        write_file(&path, text.as_bytes())?;
-        measurements.push(read_str(&text, &path, Wanted::MotionAndForce)?);
-    }
-    let all_mn =
-        |reading: &Vec<Vec<f64>>| -> Vec<f64> { reading.iter().flatten().map(|f| f * 1e3).collect() };
-    let alone = if readings.len() > 2 { &readings[2..] } else { &readings[..drawn.causes.len()] };
-    let plain = readings.get(1).map(all_mn).unwrap_or_default();
-    let change = |r: &Vec<Vec<f64>>| all_mn(r).iter().zip(&plain).map(|(a, b)| a - b).collect();
-    let changes: Vec<Vec<f64>> = alone.iter().map(change).collect();
-    let seen = seen(engine, &drawn, &plan.numerics, &measurements, &changes)?;
-    let (visibility, gap_percent) = seen.iter().map(|s| (s.score, s.gap_percent)).unzip();
-    let effects = drawn.causes.iter().filter_map(|c| c.effect().map(str::to_owned)).collect();
-    let truth_mn = readings[0].iter().map(|r| r.iter().map(|f| f * 1e3).collect()).collect();
-    Ok(Solution { drawn, effects, visibility, gap_percent, truth_mn })
 }

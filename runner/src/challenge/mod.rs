@@ -1,8 +1,10 @@
 //! The check of the diagnosis on cases whose cause it does not know.
 //!
 //! ```text
-//! make:  draw.rs (from a ground: materials, sizes) -> simulate.rs (other mesh, other time steps; cause.rs: other forms than the
-//!        catalogue's, which act on the motion or the reading) -> noise.rs -> cases/ID/P1.csv, P2.csv
+//! make:  draw.rs (from ground.rs: materials, noise; near.rs, wide.rs: causes and their sizes)
+//!        -> simulate.rs: the near ground by_engine.rs (other mesh and time steps; form.rs, motion.rs, reading.rs: its causes),
+//!           the wide one by_maker.rs (the independent solver of poropunch-maker and its forms of all causes)
+//!        -> noise.rs -> cases/ID/P1.csv, P2.csv
 //!        the key goes elsewhere, its hash to cases
 //!        oracle.rs: could anybody see it
 //! score: answers/ID.json + key.rs -> score.rs -> table with exact binomial intervals
@@ -11,16 +13,21 @@
 //! nothing but the CSV files.
 
 pub mod binomial;
+pub mod by_engine;
+pub mod by_maker;
 pub mod calibration;
 pub mod cause;
 pub mod draw;
+pub mod form;
 pub mod ground;
 pub mod key;
 pub mod make;
 mod motion;
+mod near;
 pub mod noise;
 mod oracle;
 mod reading;
 pub mod score;
-mod simulate;
+pub mod simulate;
 pub mod table;
+mod wide;

@@ -1,8 +1,8 @@
 //! What a cause does to the motion, of which the record knows nothing.
 
-use super::cause::Cause;
+use super::form::Form;
 
-impl Cause {
+impl Form {
     /// The true motion, of points (s, m), of which the record knows nothing.
     pub fn moved(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         match *self {
@@ -13,16 +13,12 @@ impl Cause {
                     |s: f64| length * (-s / decay_s).exp() * (std::f64::consts::TAU * frequency * s).sin();
                 let step = 1.0 / (PER_PERIOD * frequency);
                 let times = (1..).map(|k| f64::from(k) * step).take_while(|s| *s < 6.0 * decay_s);
-                in_holds(points, &times.collect::<Vec<_>>(), &swing, false)
+                in_holds(points, &times.collect::<Vec<_>>(), &swing)
             }
             Self::WarmingFrame { length, time_s } => {
                 const PER_DECADE: f64 = 4.0;
                 let times = (-8..8).map(|k| time_s * 10f64.powf(f64::from(k) / PER_DECADE));
-                in_holds(points, &times.collect::<Vec<_>>(), &|s| length * (1.0 - (-s / time_s).exp()), false)
-            }
-            Self::GripStep { length, at_s } => {
-                // Within a hundredth of a second.
-                in_holds(points, &[at_s, at_s + 0.01], &|s| if s > at_s { length } else { 0.0 }, true)
+                in_holds(points, &times.collect::<Vec<_>>(), &|s| length * (1.0 - (-s / time_s).exp()))
             }
             _ => points.to_vec(),
         }
@@ -30,8 +26,8 @@ impl Cause {
 }
 
 /// A motion with `more(s)` added `s` seconds into each hold at the largest depth, at `times` after its begin; it goes from the
-/// last of them on, or where it `stays` at the hold's very end.
-fn in_holds(points: &[(f64, f64)], times: &[f64], more: &dyn Fn(f64) -> f64, stays: bool) -> Vec<(f64, f64)> {
+/// last of them on.
+fn in_holds(points: &[(f64, f64)], times: &[f64], more: &dyn Fn(f64) -> f64) -> Vec<(f64, f64)> {
     const END_S: f64 = 1e-3;
     let deepest = points.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
     let mut moved = Vec::new();
@@ -40,9 +36,6 @@ fn in_holds(points: &[(f64, f64)], times: &[f64], more: &dyn Fn(f64) -> f64, sta
         if pair[0].1 == deepest && pair[1].1 == deepest {
             let inside = times.iter().filter(|s| pair[0].0 + *s < pair[1].0 - END_S);
             moved.extend(inside.map(|&s| (pair[0].0 + s, deepest + more(s))));
-            if stays {
-                moved.push((pair[1].0 - END_S, deepest + more(pair[1].0 - pair[0].0)));
-            }
         }
     }
     moved.extend(points.last().copied());
@@ -56,20 +49,10 @@ mod tests {
     #[test]
     fn a_swing_is_in_the_hold_only() {
         let points = [(0.0, -1.0), (2.0, 1.0), (92.0, 1.0)];
-        let overshoot = Cause::Overshoot { length: 0.1, frequency: 3.0, decay_s: 0.2 };
+        let overshoot = Form::Overshoot { length: 0.1, frequency: 3.0, decay_s: 0.2 };
         let moved = overshoot.moved(&points);
         assert!(moved.windows(2).all(|w| w[1].0 > w[0].0) && moved.len() > 20);
         assert!(moved.iter().map(|p| p.1).fold(0.0, f64::max) > 1.05);
         assert_eq!((moved[0], moved[1], moved[moved.len() - 1]), (points[0], points[1], points[2]));
-    }
-
-    #[test]
-    fn a_grip_that_slipped_stays_there() {
-        let points = [(0.0, -1.0), (2.0, 1.0), (92.0, 1.0), (95.0, -1.0)];
-        let moved = Cause::GripStep { length: 0.01, at_s: 20.0 }.moved(&points);
-        let motion = poropunch::motion::protocol::Protocol::new(moved).unwrap();
-        for (time, depth) in [(1.0, 0.0), (22.0, 1.0), (22.02, 1.01), (91.9, 1.01), (93.5, 0.0)] {
-            approx::assert_relative_eq!(motion.displacement(time), depth, epsilon = 1e-9);
-        }
     }
 }

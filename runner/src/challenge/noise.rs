@@ -1,6 +1,6 @@
 //! Specimens of a case: what each of them measures, and with which noise.
 
-use super::cause::Cause;
+use super::cause::{Cause, Flaw};
 use super::draw::Drawn;
 use super::simulate::Test;
 use crate::data::measurement::median;
@@ -159,7 +159,9 @@ pub fn measured_n(drawn: &Drawn, tests: &[Test; 2], readings_n: &[Vec<f64>]) -> 
 /// Part of a bad specimen's force that is left so long after the ramp's end (s).
 fn kept_by_bad(causes: &[Cause], since: f64) -> f64 {
     let kept = |cause: &Cause| match cause {
-        Cause::BadSpecimen { loss, time_s } => 1.0 - loss * (1.0 - (-since.max(0.0) / time_s).exp()),
+        Cause::Specimen(Flaw::BadSpecimen { loss, time_s }) => {
+            1.0 - loss * (1.0 - (-since.max(0.0) / time_s).exp())
+        }
         _ => 1.0,
     };
     causes.iter().map(kept).product()

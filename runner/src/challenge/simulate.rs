@@ -1,13 +1,9 @@
-//! The force that a case's load cell reads, without noise.
+//! The tests of a case, and who computes what their load cell reads (`by_engine.rs`, `by_maker.rs`).
 
 use super::cause::Cause;
-use super::draw::Drawn;
-use super::reading::Record;
-use crate::engine::Engine;
-use crate::pool::{Job, Priority, Run, RunFailure};
+use super::make::MakeError;
 use poropunch::motion::protocol::{Protocol, ProtocolError, Trapezoid};
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 /// A test of the paper as it is recorded.
 #[derive(Debug, Clone)]
@@ -62,59 +58,18 @@ fn samples(protocol: &Protocol) -> Vec<f64> {
     times
 }
 
-/// Parts of each interval at which the force is computed, for filters.
-const PARTS: u32 = 4;
-
-/// A run that was started.
-pub struct Truth {
-    run: Run,
-    dense_s: Vec<f64>,
-    causes: Vec<Cause>,
-    index: usize,
-    test: Test,
-}
-
-/// Starts the run of a test with some causes; `numerics` are the maker's mesh and steps.
-///
-/// # Errors
-/// When the true motion is none.
-pub fn start(
-    engine: &Engine,
-    drawn: &Drawn,
-    causes: &[Cause],
-    numerics: &BTreeMap<String, f64>,
-    (index, test): (usize, &Test),
-) -> Result<Truth, ProtocolError> {
-    let mut parameters = drawn.material.clone();
-    parameters.extend(numerics.clone());
-    let mut points = test.protocol.points().to_vec();
-    for cause in causes {
-        cause.set(&mut parameters);
-        points = cause.moved(&points);
-    }
-    let mut dense_s = vec![test.time_s[0]];
-    for w in test.time_s.windows(2) {
-        dense_s.extend((1..PARTS).map(|k| w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(PARTS)));
-        dense_s.push(w[1]);
-    }
-    let job = Job { parameters, protocol: Arc::new(Protocol::new(points)?), time_s: dense_s.clone().into() };
-    let run = engine.submit(&job, Priority::Urgent);
-    Ok(Truth { run, dense_s, causes: causes.to_vec(), index, test: test.clone() })
-}
-
-impl Truth {
-    /// The reading at the sample times (N).
+/// Who computes the force on a specimen.
+pub trait Source {
+    /// Readings (N) of both tests without noise for each set of causes, `[set][test][sample]`; `material` has the FMU's names (SI).
     ///
     /// # Errors
-    /// When the simulation fails.
-    pub fn reading_n(&self) -> Result<Vec<f64>, RunFailure> {
-        let curve = self.run.wait()?;
-        let mut force_n = curve.force_n().to_vec();
-        let Test { protocol, ramp_end_s, .. } = &self.test;
-        let record = Record { test: self.index, protocol, ramp_end_s: *ramp_end_s, time_s: &self.dense_s };
-        self.causes.iter().for_each(|cause| cause.read(record, &mut force_n));
-        Ok(force_n.into_iter().step_by(PARTS as usize).collect())
-    }
+    /// When a run fails.
+    fn readings_n(
+        &self,
+        material: &BTreeMap<String, f64>,
+        sets: &[Vec<Cause>],
+        tests: &[Test; 2],
+    ) -> Result<Vec<Vec<Vec<f64>>>, MakeError>;
 }
 
 #[cfg(test)]

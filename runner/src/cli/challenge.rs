@@ -9,7 +9,7 @@ use super::{CliResult, Ending};
 use crate::challenge::draw::Kind;
 use crate::challenge::ground::Ground;
 use crate::challenge::key::{SEAL, Secret, open};
-use crate::challenge::make::{Plan, make};
+use crate::challenge::make::{Made, Plan, make};
 use crate::challenge::score::score;
 use crate::challenge::table::markdown;
 use crate::data::Reading;
@@ -30,8 +30,12 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Step {
-    /// Draw causes, sizes and materials at random, simulate them on another mesh with other time steps, add noise,
+    /// Draw causes, sizes and materials at random, simulate them with another solver than the diagnosis', add noise,
     /// and write the data; the key is sealed.
+    ///
+    /// The wide ground is computed by a solver that shares nothing with the model but its laws (other elements, time
+    /// steps, contact, and another form of every effect); --mesh, --set and --parameters are the model's and act on the
+    /// near ground alone, which is computed with the model on a finer mesh and by backward Euler.
     Make(Make),
     /// Diagnose every case of a folder (only its data are read); answers that are there already are kept.
     Answer(Box<Answer>),
@@ -118,14 +122,37 @@ pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
     }
 }
 
-/// The maker's mesh and steps unless others are set: finer than a quick diagnosis', of another scheme, and as far from the exact
+/// The near ground's mesh and steps unless others are set: finer than a quick diagnosis', of another scheme, and as far from the exact
 /// curve as two correct programs are from each other (0.4 % of the force; with a tolerance of 1e-3 it was 3 %).
 const NUMERICS: [&str; 3] =
     ["mesh.preset=standard", "solver.time_scheme=backward_euler", "solver.tolerance=1e-5"];
 
+/// Of the wide ground, whose forces another solver computes, the engine tells no more than what can be seen: by a quick diagnosis'
+/// own derivatives.
+const DERIVATIVES: [&str; 1] = ["mesh.preset=coarse"];
+
+/// Refuses what would have no effect.
+fn check(arguments: &Make) -> Result<(), String> {
+    let EngineArguments { set, parameters, mesh, .. } = &arguments.engine;
+    let given =
+        [("--mesh", mesh.is_some()), ("--set", !set.is_empty()), ("--parameters", !parameters.is_empty())];
+    match given.iter().find(|(_, is_given)| *is_given && arguments.ground == Ground::Wide) {
+        Some((option, _)) => Err(format!(
+            "{option} acts on the model, but the cases of --ground wide are computed by an independent solver; leave it \
+             out, or add --ground near"
+        )),
+        None => Ok(()),
+    }
+}
+
 fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
+    check(arguments)?;
     let engine = arguments.engine.engine(&[], true, None, stop)?;
-    let own = NUMERICS.iter().map(|s| (*s).to_owned());
+    let own = match arguments.ground {
+        Ground::Near => &NUMERICS[..],
+        Ground::Wide => &DERIVATIVES[..],
+    };
+    let own = own.iter().map(|s| (*s).to_owned());
     let settings: Vec<String> = own.chain(arguments.engine.settings(engine.wiring())?).collect();
     let key = arguments.key.clone().unwrap_or_else(|| arguments.out.with_extension("key.json"));
     let plan = Plan {
@@ -136,6 +163,7 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
         visible: arguments.visible,
         cycles: arguments.cycles,
         numerics: settings_from(engine.wiring(), &settings)?,
+        jobs: arguments.engine.jobs,
         out: &arguments.out,
         key: &key,
     };
@@ -145,7 +173,8 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
     if engine.is_stopped() {
         return Ok(Ending::Interrupted);
     }
-    let secret = made?.text();
+    let Made { secret, replaced } = made?;
+    let secret = secret.text();
     say!(
         "wrote {} cases to {}; the encrypted key is in {}, its hash in {}",
         arguments.cases,
@@ -153,6 +182,11 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
         key.display(),
         arguments.out.join(SEAL).display()
     );
+    if replaced > 0 {
+        say!(
+            "{replaced} draws could not be computed, others of their kinds replace them; the key tells which and why"
+        );
+    }
     match &arguments.secret {
         Some(file) => write_file(file, format!("{secret}\n").as_bytes())?,
         None => say!("what opens the key, told this once: {secret}"),

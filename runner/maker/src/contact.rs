@@ -1,0 +1,187 @@
+//! Contact with the flat face: penalty in the normal direction, elastic stick and Coulomb slip along the face.
+//!
+//! Written at the Gauss points of the sides under the face; a point is free, sticks where it touched, or slides.
+
+/// Resistance to sliding along the face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Friction {
+    /// Coulomb's coefficient [-]; a large one sticks.
+    Coulomb(f64),
+    /// The same once a part of the face has opened; a face that is pressed everywhere sticks, whatever its shear.
+    Bond(f64),
+    /// A viscous film: shear traction over sliding velocity (Pa s/m).
+    Film(f64),
+}
+
+/// Traction that holds a touched point across a gap g: `strength exp(-g/opening)`; lost for good beyond `6 opening`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cohesion {
+    /// Largest traction (Pa).
+    pub strength: f64,
+    /// Decay length (m).
+    pub opening: f64,
+}
+
+/// The law of the face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// Along the face.
+    pub friction: Friction,
+    /// Across the face.
+    pub cohesion: Option<Cohesion>,
+    /// Viscous film of sliding points (Pa s/m): small, so that small steps know no jump between stick and slip.
+    pub slip_film: f64,
+}
+
+/// What a point of the surface remembers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Touch {
+    /// It is pressed on the face.
+    pub closed: bool,
+    /// It has been since the bond last broke.
+    pub bonded: bool,
+    /// Where it would be free of shear: its radial displacement there (m).
+    pub anchor: f64,
+    /// Height above the face (m).
+    pub gap: f64,
+    /// Radial displacement (m).
+    pub radial: f64,
+    /// Pressure of the face (Pa).
+    pub pressure: f64,
+}
+
+/// Tractions (Pa) and their slopes (Pa/m).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Traction {
+    /// Which branch of the law it is on: the slopes jump from one to the next.
+    pub branch: u8,
+    /// Pressure on the surface.
+    pub normal: f64,
+    /// Its derivative by the penetration.
+    pub normal_slope: f64,
+    /// Resistance, against positive radial displacement.
+    pub radial: f64,
+    /// Its derivative by the radial displacement.
+    pub radial_slope: f64,
+}
+
+/// Stiffness of stick over the normal penalty: a stiffer one makes Newton's method jump between stick and slip.
+const STICK: f64 = 0.03;
+
+/// Lag of the cohesive traction behind a changing gap (s): bonds that break all at once would have no equilibrium.
+const COHESION_LAG_S: f64 = 0.01;
+
+/// Coefficient of what sticks.
+const STICKS: f64 = 1e9;
+
+impl Face {
+    /// The law of a step that begins with these points.
+    #[must_use]
+    pub fn at(self, points: &[Touch]) -> Self {
+        match self.friction {
+            Friction::Bond(_) if points.iter().all(|t| t.closed) => {
+                Self { friction: Friction::Coulomb(STICKS), ..self }
+            }
+            _ => self,
+        }
+    }
+
+    /// Tractions of a point with penetration and radial displacement (m) after a step (s), and its new memory.
+    pub fn respond(
+        &self,
+        penalty: f64,
+        last: &Touch,
+        penetration: f64,
+        radial: f64,
+        step: f64,
+    ) -> (Traction, Touch) {
+        let gap = -penetration;
+        let mut t = Traction::default();
+        let mut now = Touch { closed: penetration > 0.0, gap, radial, ..*last };
+        let hold = self.cohesion.filter(|_| last.bonded || now.closed).map(|c| (c, c.strength / penalty));
+        match hold {
+            Some((c, begin)) if gap > begin => {
+                let traction = c.strength * (-(gap - begin) / c.opening).exp();
+                let rate = COHESION_LAG_S / (c.opening * step);
+                let moved = 1.0 + rate * (gap - last.gap.max(0.0));
+                if moved > 0.0 {
+                    t.normal = -traction * moved;
+                    t.normal_slope = traction * (rate - moved / c.opening);
+                    t.branch = 1;
+                }
+                now.bonded = gap < 6.0 * c.opening;
+            }
+            Some(_) => {
+                (t.normal, t.normal_slope, t.branch, now.bonded) = (penalty * penetration, penalty, 2, true)
+            }
+            None if now.closed => (t.normal, t.normal_slope, t.branch) = (penalty * penetration, penalty, 2),
+            None => {}
+        }
+        now.pressure = t.normal.max(0.0);
+        if hold.is_none() {
+            now.bonded = now.closed;
+        }
+        now.anchor = radial;
+        if !last.closed {
+            return (t, now);
+        }
+        // Friction is that of the beginning of the step: the tangent stays symmetric, and a point that flickers between
+        // open and closed has no shear to let go.
+        match self.friction {
+            Friction::Film(resistance) => {
+                (t.radial, t.radial_slope) = (resistance / step * (radial - last.radial), resistance / step);
+            }
+            Friction::Coulomb(coefficient) | Friction::Bond(coefficient) => {
+                let stiffness = STICK * penalty;
+                let (stick, limit) = (stiffness * (radial - last.anchor), coefficient * last.pressure);
+                let beyond = stick.abs() - limit;
+                if beyond <= 0.0 {
+                    (t.radial, t.radial_slope, now.anchor) = (stick, stiffness, last.anchor);
+                } else {
+                    t.branch += if stick > 0.0 { 4 } else { 8 };
+                    let film = self.slip_film / step;
+                    let share = film / (stiffness + film);
+                    t.radial = (limit + share * beyond).copysign(stick);
+                    t.radial_slope = share * stiffness;
+                    now.anchor = radial - t.radial / stiffness;
+                }
+            }
+        }
+        if !now.closed {
+            now.anchor = radial;
+        }
+        (t, now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_derivatives() {
+        let cohesion = Some(Cohesion { strength: 100.0, opening: 1e-4 });
+        let last =
+            Touch { closed: true, bonded: true, anchor: 1e-6, gap: 1e-5, radial: 2e-6, pressure: 300.0 };
+        for friction in [Friction::Coulomb(0.2), Friction::Coulomb(1e9), Friction::Film(1e7)] {
+            let face = Face { friction, cohesion, slip_film: 1e5 };
+            for (penetration, radial) in [(1e-5, 1.5e-6), (1e-6, 9e-6), (-5e-5, 0.0), (-2e-4, 0.0)] {
+                let at = |dp: f64, dr: f64| face.respond(1e8, &last, penetration + dp, radial + dr, 0.01).0;
+                let (t, h) = (at(0.0, 0.0), 1e-10);
+                let by = |f: fn(&Traction) -> f64, dp, dr| (f(&at(dp, dr)) - f(&at(-dp, -dr))) / (2.0 * h);
+                assert!((by(|t| t.normal, h, 0.0) - t.normal_slope).abs() < 1e-4 * 1e8);
+                assert!((by(|t| t.radial, 0.0, h) - t.radial_slope).abs() < 1e-4 * 1e8);
+            }
+        }
+    }
+
+    #[test]
+    fn a_sliding_point_sticks_where_it_stopped() {
+        let face = Face { friction: Friction::Coulomb(0.5), cohesion: None, slip_film: 0.0 };
+        let touch = face.respond(1e8, &Touch::default(), 1e-6, 0.0, 1.0).1;
+        let (t, touch) = face.respond(1e8, &touch, 1e-6, 3e-5, 1.0);
+        assert!((t.radial - 50.0).abs() < 1e-9);
+        let (t, _) = face.respond(1e8, &touch, 1e-6, 3e-5 - 50.0 / (STICK * 1e8), 1.0);
+        assert!(t.radial.abs() < 1e-9 && t.radial_slope > 0.0);
+    }
+}

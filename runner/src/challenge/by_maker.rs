@@ -1,0 +1,104 @@
+//! The wide ground's forces: the independent solver, which shares nothing with the engine but the plain model's laws.
+
+use super::cause::Cause;
+use super::make::MakeError;
+use super::simulate::{Source, Test};
+use crate::pool::RunFailure;
+use poropunch::variables::by_name;
+use poropunch_maker::{Branch, Effect, Geometry, Material, Motion, Ogden, Specimen, simulate};
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use std::collections::BTreeMap;
+
+/// The independent solver on some threads, a run on each.
+pub struct ByMaker<'a> {
+    threads: ThreadPool,
+    is_stopped: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl<'a> ByMaker<'a> {
+    /// On so many threads, or as many as there are cores where it is 0; no run begins once `is_stopped`.
+    ///
+    /// # Errors
+    /// When the threads cannot be started.
+    pub fn new(
+        threads: usize,
+        is_stopped: &'a (dyn Fn() -> bool + Sync),
+    ) -> Result<Self, ThreadPoolBuildError> {
+        Ok(Self { threads: ThreadPoolBuilder::new().num_threads(threads).build()?, is_stopped })
+    }
+}
+
+impl Source for ByMaker<'_> {
+    fn readings_n(
+        &self,
+        material: &BTreeMap<String, f64>,
+        sets: &[Vec<Cause>],
+        tests: &[Test; 2],
+    ) -> Result<Vec<Vec<Vec<f64>>>, MakeError> {
+        let specimen = specimen(material);
+        let runs: Vec<(&Vec<Cause>, usize)> =
+            sets.iter().flat_map(|causes| (0..tests.len()).map(move |test| (causes, test))).collect();
+        let one = |&(causes, test): &(&Vec<Cause>, usize)| {
+            if (self.is_stopped)() {
+                return Err(RunFailure::Cancelled.into());
+            }
+            let effects: Vec<Effect> = causes.iter().filter_map(|c| in_test(c, test)).collect();
+            let Test { protocol, time_s, .. } = &tests[test];
+            Ok(simulate(&specimen, &Motion::new(protocol.points().to_vec())?, time_s, &effects)?)
+        };
+        let readings: Vec<Vec<f64>> =
+            self.threads.install(|| runs.par_iter().map(one).collect::<Result<_, MakeError>>())?;
+        Ok(readings.chunks(tests.len()).map(<[Vec<f64>]>::to_vec).collect())
+    }
+}
+
+/// What a cause is in one of the tests.
+fn in_test(cause: &Cause, test: usize) -> Option<Effect> {
+    match *cause {
+        // Specimens of another batch are those of the second test.
+        Cause::Maker(Effect::Batch { .. }) if test == 0 => None,
+        // A wave goes on between the tests.
+        Cause::Maker(Effect::Wave { force, period_s, phase }) => {
+            Some(Effect::Wave { force, period_s, phase: phase * (1 + test) as f64 })
+        }
+        Cause::Maker(effect) => Some(effect),
+        Cause::Engine(_) | Cause::Specimen(_) => None,
+    }
+}
+
+/// The specimen that the diagnosis assumes, of this material: what it does not name has the FMU's start value.
+fn specimen(material: &BTreeMap<String, f64>) -> Specimen {
+    let value = |name: &str| {
+        let start = || by_name(name).map_or(f64::NAN, |(_, variable)| variable.start_number());
+        material.get(name).copied().unwrap_or_else(start)
+    };
+    let ogden = |of: &str| Ogden { mu: value(&format!("{of}.mu")), alpha: value(&format!("{of}.alpha")) };
+    let branch = |of: &str| Branch { spring: ogden(of), eta: value(&format!("{of}.eta")) };
+    Specimen {
+        geometry: Geometry {
+            punch_radius: value("geometry.punch_radius"),
+            sample_radius: value("geometry.sample_radius"),
+            sample_height: value("geometry.sample_height"),
+        },
+        material: Material {
+            solid_fraction: value("material.n0s"),
+            lambda: value("material.lambda_star"),
+            fluid_viscosity: value("material.fluid_viscosity"),
+            permeability: value("material.permeability"),
+            equilibrium: ogden("material.equilibrium"),
+            branches: vec![branch("material.branch[1]"), branch("material.branch[2]")],
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_model_s_start_values_are_table_1() {
+        let (ours, theirs) = (specimen(&BTreeMap::new()), Specimen::table1());
+        assert_eq!(format!("{ours:?}"), format!("{theirs:?}"));
+    }
+}
