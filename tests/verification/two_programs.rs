@@ -78,7 +78,7 @@ fn draws_of_the_wide_ground_are_computable() {
     let mut failed = 0;
     for drawn in draw(4003, 60, &[], Ground::Wide) {
         let start = Instant::now();
-        let made = maker.readings_n(&drawn.material, &[drawn.causes.clone()], &tests);
+        let made = maker.readings_n(&drawn.material, std::slice::from_ref(&drawn.causes), &tests);
         let wall = start.elapsed().as_secs_f64();
         println!("{wall:6.1} s {:?} {:?}", drawn.kind, drawn.causes);
         if let Err(e) = made {
