@@ -9,6 +9,8 @@ pub enum Friction {
     Coulomb(f64),
     /// The same once a part of the face has opened; a face that is pressed everywhere sticks, whatever its shear.
     Bond(f64),
+    /// No slip.
+    Held,
     /// A viscous film: shear traction over sliding velocity (Pa s/m).
     Film(f64),
 }
@@ -40,8 +42,8 @@ pub struct Touch {
     pub closed: bool,
     /// It has been since the bond last broke.
     pub bonded: bool,
-    /// Where it would be free of shear: its radial displacement there (m).
-    pub anchor: f64,
+    /// Resistance of the face against its radial displacement (Pa).
+    pub shear: f64,
     /// Height above the face (m).
     pub gap: f64,
     /// Radial displacement (m).
@@ -66,22 +68,19 @@ pub struct Traction {
 }
 
 /// Stiffness of stick over the normal penalty: a stiffer one makes Newton's method jump between stick and slip.
-const STICK: f64 = 0.03;
+const STICK: f64 = 0.003;
+/// The same of what cannot slip. A softer one yields where a gel stiffens: 0.4 % of the force at alpha = -13.
+const HELD: f64 = 0.3;
 
 /// Lag of the cohesive traction behind a changing gap (s): bonds that break all at once would have no equilibrium.
 const COHESION_LAG_S: f64 = 0.01;
-
-/// Coefficient of what sticks.
-const STICKS: f64 = 1e9;
 
 impl Face {
     /// The law of a step that begins with these points.
     #[must_use]
     pub fn at(self, points: &[Touch]) -> Self {
         match self.friction {
-            Friction::Bond(_) if points.iter().all(|t| t.closed) => {
-                Self { friction: Friction::Coulomb(STICKS), ..self }
-            }
+            Friction::Bond(_) if points.iter().all(|t| t.closed) => Self { friction: Friction::Held, ..self },
             _ => self,
         }
     }
@@ -121,7 +120,7 @@ impl Face {
         if hold.is_none() {
             now.bonded = now.closed;
         }
-        now.anchor = radial;
+        now.shear = 0.0;
         if !last.closed {
             return (t, now);
         }
@@ -133,22 +132,26 @@ impl Face {
             }
             Friction::Coulomb(coefficient) | Friction::Bond(coefficient) => {
                 let stiffness = STICK * penalty;
-                let (stick, limit) = (stiffness * (radial - last.anchor), coefficient * last.pressure);
+                let stick = last.shear + stiffness * (radial - last.radial);
+                let limit = coefficient * last.pressure;
                 let beyond = stick.abs() - limit;
                 if beyond <= 0.0 {
-                    (t.radial, t.radial_slope, now.anchor) = (stick, stiffness, last.anchor);
+                    (t.radial, t.radial_slope) = (stick, stiffness);
                 } else {
                     t.branch += if stick > 0.0 { 4 } else { 8 };
                     let film = self.slip_film / step;
                     let share = film / (stiffness + film);
                     t.radial = (limit + share * beyond).copysign(stick);
                     t.radial_slope = share * stiffness;
-                    now.anchor = radial - t.radial / stiffness;
                 }
             }
+            Friction::Held => {
+                t.radial_slope = HELD * penalty;
+                t.radial = last.shear + t.radial_slope * (radial - last.radial);
+            }
         }
-        if !now.closed {
-            now.anchor = radial;
+        if now.closed {
+            now.shear = t.radial;
         }
         (t, now)
     }
@@ -162,8 +165,8 @@ mod tests {
     fn slopes_are_derivatives() {
         let cohesion = Some(Cohesion { strength: 100.0, opening: 1e-4 });
         let last =
-            Touch { closed: true, bonded: true, anchor: 1e-6, gap: 1e-5, radial: 2e-6, pressure: 300.0 };
-        for friction in [Friction::Coulomb(0.2), Friction::Coulomb(1e9), Friction::Film(1e7)] {
+            Touch { closed: true, bonded: true, shear: 30.0, gap: 1e-5, radial: 2e-6, pressure: 300.0 };
+        for friction in [Friction::Coulomb(0.2), Friction::Held, Friction::Film(1e7)] {
             let face = Face { friction, cohesion, slip_film: 1e5 };
             for (penetration, radial) in [(1e-5, 1.5e-6), (1e-6, 9e-6), (-5e-5, 0.0), (-2e-4, 0.0)] {
                 let at = |dp: f64, dr: f64| face.respond(1e8, &last, penetration + dp, radial + dr, 0.01).0;
@@ -179,9 +182,9 @@ mod tests {
     fn a_sliding_point_sticks_where_it_stopped() {
         let face = Face { friction: Friction::Coulomb(0.5), cohesion: None, slip_film: 0.0 };
         let touch = face.respond(1e8, &Touch::default(), 1e-6, 0.0, 1.0).1;
-        let (t, touch) = face.respond(1e8, &touch, 1e-6, 3e-5, 1.0);
+        let (t, touch) = face.respond(1e8, &touch, 1e-6, 3e-3, 1.0);
         assert!((t.radial - 50.0).abs() < 1e-9);
-        let (t, _) = face.respond(1e8, &touch, 1e-6, 3e-5 - 50.0 / (STICK * 1e8), 1.0);
+        let (t, _) = face.respond(1e8, &touch, 1e-6, 3e-3 - 50.0 / (STICK * 1e8), 1.0);
         assert!(t.radial.abs() < 1e-9 && t.radial_slope > 0.0);
     }
 }

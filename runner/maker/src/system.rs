@@ -87,7 +87,7 @@ pub struct System {
 }
 
 /// Penalty times the side's length over the instantaneous shear modulus: as stiff as rounding allows.
-const PENALTY: f64 = 1e3;
+const PENALTY: f64 = 1e4;
 
 impl System {
     /// Discretises a specimen.
