@@ -7,7 +7,7 @@
 //! 4 location      where it misses, against noise after a refit
 //! 5 screening/    which effects would look like that after a refit
 //! 6 confirming    refits with the effects, evidence against each other and against something else
-//! 7 held_out      does the effect predict what was not fitted
+//! 7 held_out      does an effect that is chosen without some data predict them (nested)
 //! 8 shrinkage     how much of the gap it removes
 //! 9 experiments   what to measure to tell the remaining candidates apart; leftover: what a gap looks like that nothing explains
 //! ```
@@ -22,6 +22,7 @@ pub mod gap;
 pub mod held_out;
 pub mod leftover;
 pub mod location;
+mod nested;
 pub mod page;
 pub mod parity;
 pub mod published;

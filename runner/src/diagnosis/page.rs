@@ -173,8 +173,8 @@ fn held_out(d: &Diagnosis) -> Markup {
         @for h in &d.held_out {
             h3 { (h.split) }
             p.meta {
-                "Gain in log predictive density " (number(0.5 * h.score, 1))
-                @if !h.informative { "; the fitted part does not determine the effect" }
+                "Gain in log predictive density by " (list(&h.chosen)) ", which the fitted part alone chooses: " (number(0.5 * h.score, 1))
+                @if !h.informative { "; the fitted part does not determine its size" }
             }
             table {
                 thead { tr { th { "part" } th.number { "gap before (mN)" } th.number { "after (mN)" } th.number { "gone" } th.number { "90 % interval" } } }

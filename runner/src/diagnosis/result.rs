@@ -258,9 +258,12 @@ pub struct EffectSummary {
 pub struct HeldOut {
     /// What was predicted from what.
     pub split: String,
-    /// Twice the gain in log predictive density by the effect.
+    /// Effects that the fitted part alone would have chosen; the prediction is with them.
+    #[serde(default)]
+    pub chosen: Vec<String>,
+    /// Twice the gain in log predictive density by the effects.
     pub score: f64,
-    /// Whether the fitted part determines the effect.
+    /// Whether the fitted part determines the effects.
     pub informative: bool,
     /// Gap before and after, per phase and total.
     pub parts: Vec<PartGap>,
@@ -287,6 +290,9 @@ pub struct PartGap {
 pub struct ShrinkageSummary {
     /// Of which data.
     pub of: String,
+    /// Effects that the rest of the data alone would have chosen; the prediction is with them.
+    #[serde(default)]
+    pub chosen: Vec<String>,
     /// Gap before (mN).
     pub before_mn: f64,
     /// Gap after (mN).

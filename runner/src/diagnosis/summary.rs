@@ -3,6 +3,7 @@
 use super::confirming::{Refit, adequacy};
 use super::diagnose::{Findings, is_testable, linear_evidence};
 use super::location::{Pattern, Spot};
+use super::nested::chosen_without;
 use super::result::*;
 use super::screening::Screened;
 use super::shrinkage::Comparison;
@@ -230,7 +231,9 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let measured: Vec<f64> = f.observations.iter().flat_map(Observation::force_mn).collect();
     let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.phases.iter().copied()).collect();
     for split in &f.splits {
-        let Some(c) = Comparison::new(&f.plain, &refit.fit, split, &f.thresholds) else { continue };
+        let chosen = chosen_without(&f.refits, &f.candidates, split, &f.thresholds).unwrap_or(refit);
+        let Some(c) = Comparison::new(&f.plain, &chosen.fit, split, &f.thresholds) else { continue };
+        let chosen: Vec<String> = chosen.members.iter().map(|k| f.candidates[*k].name.clone()).collect();
         let draws = c.draws();
         let mut parts = Vec::new();
         for phase in std::iter::once(None).chain(Phase::ALL.map(Some)) {
@@ -253,6 +256,7 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
             if phase.is_none() && c.informative && larger {
                 total = Some(ShrinkageSummary {
                     of: split.name.clone(),
+                    chosen: chosen.clone(),
                     before_mn: s.before_mn,
                     after_mn: s.after_mn,
                     value: s.value,
@@ -263,7 +267,8 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
                 });
             }
         }
-        all.push(HeldOut { split: split.name.clone(), score: c.score, informative: c.informative, parts });
+        let (score, informative) = (c.score, c.informative);
+        all.push(HeldOut { split: split.name.clone(), chosen, score, informative, parts });
     }
     (all, total)
 }

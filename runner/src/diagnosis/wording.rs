@@ -98,7 +98,11 @@ fn removed(d: &Diagnosis) -> String {
     let Some(part) = part_gone(s.value, s.interval) else {
         return "; in the data not fitted the plain model has no significant gap to check it by".to_owned();
     };
-    format!("; it removes {part} of the gap of {:.3} mN in data not fitted", s.before_mn)
+    let gap = format!("{part} of the gap of {:.3} mN in data not fitted", s.before_mn);
+    match s.chosen.iter().all(|name| d.verdict.effects.contains(name)) {
+        true => format!("; it removes {gap}"),
+        false => format!("; what the fitted data alone would choose, {}, removes {gap}", list(&s.chosen)),
+    }
 }
 
 /// A shrinkage with its interval.
@@ -133,8 +137,9 @@ pub fn table(d: &Diagnosis) -> String {
     effects(&mut text, d);
     models(&mut text, d);
     for h in &d.held_out {
-        let told = if h.informative { "" } else { " (the fitted part does not determine it)" };
-        let _ = writeln!(text, "\nheld out: {}: log score {:+.1}{told}", h.split, 0.5 * h.score);
+        let told = if h.informative { "" } else { ", whose size it does not determine" };
+        let _ = writeln!(text, "\nheld out: {}: log score {:+.1}", h.split, 0.5 * h.score);
+        let _ = writeln!(text, "  with {}, chosen by the fitted part alone{told}", list(&h.chosen));
         for p in &h.parts {
             let went = part_gone(p.shrinkage, p.interval)
                 .map_or_else(|| "undefined".to_owned(), |part| format!("{part} gone"));

@@ -153,10 +153,10 @@ pub fn is_continuous(candidate: &Candidate) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn effect(scope: Scope, sign: Sign) -> Effect {
+    pub(crate) fn effect(scope: Scope, sign: Sign) -> Effect {
         Effect {
             name: "thing".into(),
             family: "thing".into(),

@@ -50,6 +50,18 @@ pub fn linearised(
     prior: &Prior,
     x: &[f64],
 ) -> Linearised {
+    let (design, residual) = whitened(jacobian_mn, gap_mn, covariance, prior, x);
+    Linearised::new(design, &residual)
+}
+
+/// The whitened design and residual, with the prior's rows last.
+fn whitened(
+    jacobian_mn: &DMatrix<f64>,
+    gap_mn: &DVector<f64>,
+    covariance: &Covariance,
+    prior: &Prior,
+    x: &[f64],
+) -> (DMatrix<f64>, DVector<f64>) {
     let (data, n) = jacobian_mn.shape();
     let mut design = covariance.apply_columns(jacobian_mn).resize_vertically(data + n, 0.0);
     let mut residual = covariance.apply(gap_mn).resize_vertically(data + n, 0.0);
@@ -57,7 +69,7 @@ pub fn linearised(
         design[(data + j, j)] = 1.0 / deviation;
         residual[data + j] = -left;
     }
-    Linearised::new(design, &residual)
+    (design, residual)
 }
 
 impl Fit {
@@ -81,6 +93,17 @@ impl Fit {
         let covariance = self.covariance.part(points);
         let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &self.prior, &self.solution.x);
         Self { linear, gap_mn, jacobian_mn, covariance, ..self.clone() }
+    }
+
+    /// The fit to some of the points alone, of the model linearised around this one; `None` where they do not determine it.
+    pub fn refitted_to(&self, points: &[usize]) -> Option<Self> {
+        let Self { mut solution, mut gap_mn, jacobian_mn, covariance, linear, .. } = self.part(points);
+        let (design, residual) = whitened(&jacobian_mn, &gap_mn, &covariance, &self.prior, &solution.x);
+        let step = design.tr_mul(&design).cholesky()?.solve(&design.tr_mul(&residual));
+        gap_mn -= &jacobian_mn * &step;
+        solution.x.iter_mut().zip(step.iter()).for_each(|(x, step)| *x += step);
+        solution.chi_square = linear.residual.norm_squared();
+        Some(Self { solution, linear, gap_mn, jacobian_mn, covariance, ..self.clone() })
     }
 
     /// The same optimum, of models with the effects `active`, seen with another covariance.
