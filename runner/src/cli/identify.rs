@@ -20,6 +20,7 @@ use crate::identification::{
 use crate::inference::posterior::SamplePlan;
 use crate::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use crate::inference::{Requests, Setup, Unknowns};
+use crate::noise::observation::left_out;
 use crate::noise::{Observation, ObservationError, Uncertainty, Weights, check};
 use crate::output::{Folder, json};
 use crate::parameter_set::ssv;
@@ -152,7 +153,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         seconds: started.elapsed().as_secs_f64(),
     };
     let (mut report, missing) = report(&context, &found)?;
-    report.verdict.warnings.splice(0..0, doubts);
+    report.verdict.warnings.splice(0..0, doubts.into_iter().chain(left_out(setup.observations)));
     write_views(&report, &folder)?;
     if let Some(assumed) = assumed {
         say!("{assumed}");

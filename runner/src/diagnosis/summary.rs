@@ -16,6 +16,7 @@ use crate::inference::effect::is_continuous;
 use crate::inference::wording::list;
 use crate::inspection::Inspection;
 use crate::noise::Observation;
+use crate::noise::observation::left_out;
 
 /// What is told beside the findings.
 pub struct About<'a> {
@@ -85,7 +86,7 @@ fn test(f: &Findings, i: usize, o: &Observation) -> TestSummary {
         name: o.name().to_owned(),
         points: o.len(),
         cycles: o.cycle.iter().max().map_or(0, |c| c + 1),
-        left_out: o.left_out.clone(),
+        left_out: (!o.left_out.is_empty()).then(|| o.left_out.join("; ")),
         specimens: o.factors.len(),
         specimen_white_mn: noise.specimen_white_mn,
         white_mn: crate::data::measurement::median(&mut noise.white_mn.as_slice().to_vec()),
@@ -274,11 +275,7 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
 }
 
 fn warnings(f: &Findings) -> Vec<String> {
-    let mut warnings: Vec<String> = f
-        .observations
-        .iter()
-        .filter_map(|o| o.left_out.as_ref().map(|what| format!("{}: left out: {what}", o.name())))
-        .collect();
+    let mut warnings: Vec<String> = left_out(&f.observations).collect();
     if !f.plain.solution.stop.converged() {
         warnings.push(format!("the fit of the plain model: {}", f.plain.solution.stop));
     }

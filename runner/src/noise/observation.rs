@@ -4,6 +4,7 @@
 //! `f = sum a_k s_k / sum a_k^2`. All specimens then speak at every point, where a median hears the middle two.
 
 use super::common_factor::{FEWEST_SPECIMENS, common_factor};
+use super::odd_specimen::without_odd;
 use super::spikes::without_spikes;
 use crate::data::measurement::standard_deviation;
 use crate::data::phase::phases;
@@ -32,7 +33,7 @@ pub struct Observation {
     /// Single samples far beside their neighbours, which were replaced.
     pub spikes: usize,
     /// What is left out of the measurement, in words.
-    pub left_out: Option<String>,
+    pub left_out: Vec<String>,
 }
 
 /// A measurement that cannot be explained.
@@ -57,6 +58,7 @@ impl Observation {
     pub fn new(measurement: &Measurement, sample_height_m: Option<f64>) -> Result<Self, ObservationError> {
         check_motion(measurement, sample_height_m)?;
         let (clean, spikes) = without_spikes(measurement);
+        let (clean, left_out) = without_odd(&clean);
         let (measurement, factors) = levelled(&clean);
         let cycles = cycles(&measurement).unwrap_or_default();
         let number = |&t: &f64| cycles.iter().filter(|c| t > c.start_s).count().max(1) - 1;
@@ -64,7 +66,7 @@ impl Observation {
         let phases = phases(&measurement);
         let protocol = Arc::new(protocol_of(&measurement)?);
         let time_s = measurement.time_s.clone().into();
-        Ok(Self { measurement, protocol, time_s, phases, cycle, cycles, factors, spikes, left_out: None })
+        Ok(Self { measurement, protocol, time_s, phases, cycle, cycles, factors, spikes, left_out })
     }
 
     /// The same on a surface that lies `up_m` higher, with `tare_n` taken off the force.
@@ -95,7 +97,8 @@ impl Observation {
         let mut shorter = Self::new(&until(&self.measurement, end), sample_height_m)?;
         shorter.factors.clone_from(&self.factors);
         let reason = "what follows the first hold: the model cannot compute lift-off";
-        shorter.left_out = Some(reason.to_owned());
+        shorter.left_out = self.left_out.clone();
+        shorter.left_out.push(reason.to_owned());
         Ok(shorter)
     }
 
@@ -187,14 +190,28 @@ fn until(m: &Measurement, end: usize) -> Measurement {
 pub fn same_specimens(a: &Observation, b: &Observation) -> bool {
     /// Independent factors of ten specimens pass this in less than one of ten thousand pairs of tests.
     const TOGETHER: f64 = 0.9;
-    let names = |o: &Observation| o.measurement.specimen_names.clone();
-    if a.factors.len() < 2 * FEWEST_SPECIMENS || names(a) != names(b) || a.factors.len() != b.factors.len() {
+    fn named(o: &Observation) -> impl Iterator<Item = (&String, f64)> {
+        o.measurement.specimen_names.iter().zip(o.factors.iter().map(|f| f.ln()))
+    }
+    // An odd specimen is left out of one test, not of the other.
+    let of_b = |name: &String| named(b).find(|(other, _)| *other == name).map(|(_, ln)| ln);
+    let (x, y): (Vec<f64>, Vec<f64>) = named(a).filter_map(|(name, ln)| Some((ln, of_b(name)?))).unzip();
+    let odd = a.left_out.len() + b.left_out.len();
+    if x.len() < 2 * FEWEST_SPECIMENS || x.len() + odd < a.factors.len().max(b.factors.len()) {
         return false;
     }
-    let centred = |o: &Observation| -> Vec<f64> { o.factors.iter().map(|f| f.ln()).collect() };
-    let (x, y) = (centred(a), centred(b));
+    let centred = |v: &[f64]| -> Vec<f64> {
+        let mean = v.iter().sum::<f64>() / v.len() as f64;
+        v.iter().map(|x| x - mean).collect()
+    };
+    let (x, y) = (centred(&x), centred(&y));
     let dot = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(a, b)| a * b).sum::<f64>();
     dot(&x, &y) > TOGETHER * (dot(&x, &x) * dot(&y, &y)).sqrt()
+}
+
+/// What is left out of tests, in words.
+pub fn left_out(observations: &[Observation]) -> impl Iterator<Item = String> + '_ {
+    observations.iter().flat_map(|o| o.left_out.iter().map(|what| format!("{}: left out: {what}", o.name())))
 }
 
 /// All tests read as observations of loadings.
