@@ -117,7 +117,10 @@ pub fn decide(e: &Evidence) -> Decision {
     let best = order.iter().copied().find(|&k| explains(&e.refits[k]) && weights[k] >= elsewhere);
     let strongest = best.map_or(elsewhere, |k| weights[k]);
     if plain > strongest && !e.is_flagrant {
-        return decision(Kind::NoGap, vec![], None, probabilities[e.refits.len() + 1]);
+        // What does not explain the data is no rival.
+        let rivals: f64 = order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();
+        let own = probabilities[e.refits.len() + 1];
+        return decision(Kind::NoGap, vec![], None, own / (own + rivals + elsewhere_share));
     }
     // Two correct programs differ by as much; what they leave of one another is no finding about the specimen.
     let is_slight = |refit: &Refit| {

@@ -76,6 +76,14 @@ fn something_else_wins_only_over_what_does_not_explain() {
     assert_eq!(decided(&[poor], &[], 0.0, 100.0).kind, Kind::NoneOfThese);
 }
 
+/// A refit that does not meet the data, however much better than the plain model, takes nothing from "no gap".
+#[test]
+fn what_does_not_explain_is_no_rival_of_no_gap() {
+    let poor = Refit { adequacy: 1e-6, leaves_little: false, ..refit(1, 20.0) };
+    let d = decided(&[poor], &[], 0.01, -60.0);
+    assert!(d.kind == Kind::NoGap && d.confidence > 0.95, "{d:?}");
+}
+
 #[test]
 fn near_rivals_are_a_group_and_far_ones_are_not() {
     let d = decided(&[refit(1, 20.0), refit(2, 18.0), refit(3, 2.0)], &[], 0.0, 0.0);
