@@ -10,8 +10,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Fewest specimens of which one can be odd: not more than one in so many is.
 const FEWEST: usize = 4;
-/// Probability, of any of the specimens of a test, below which one is odd.
-const ODD: f64 = 1e-3;
+/// Probability, of any of the specimens of a test, below which one is odd: one good one is lost of a hundred tests, which costs little.
+const ODD: f64 = 1e-2;
 /// Means of so many stretches of the record stand for a curve: they are smooth where samples are noisy.
 const STRETCHES: usize = 40;
 
@@ -97,11 +97,11 @@ mod tests {
         }
     }
 
-    /// One test in a thousand at most, so of 300 more than three in less than 1 of 2000 runs.
+    /// One test in a hundred at most, so of 300 more than nine in less than 1 of 500 runs.
     #[test]
     fn natural_scatter_is_not_odd() {
         let odd =
             (0..300).filter(|&seed| !without_odd(&test(seed, 3 + seed as usize % 10, 0.0)).1.is_empty());
-        assert!(odd.count() <= 3);
+        assert!(odd.count() <= 9);
     }
 }
