@@ -145,6 +145,9 @@ fn pages_from_the_wheel() {
     let folder = tempfile::tempdir().unwrap();
     let environment = folder.path().join("environment");
     succeed(Command::new(python()).args(["-m", "venv"]).arg(&environment));
+    // What README's block for FMPy asks for in its first line.
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "fmpy"];
+    succeed(Command::new(environment.join("bin/python")).args(install));
     for page in pages() {
         let place = Place::new(&[environment.join("bin")], None);
         run_page(&page, &place, &[Mark::Wheel], Some(Mark::Wheel));

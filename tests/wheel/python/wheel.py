@@ -3,6 +3,7 @@
 import concurrent.futures
 import doctest
 import importlib
+import importlib.metadata
 import pkgutil
 import signal
 import subprocess
@@ -166,7 +167,9 @@ def test_the_fmu():
 
     with zipfile.ZipFile(poropunch.fmu_path()) as fmu:
         assert "modelDescription.xml" in fmu.namelist()
-    subprocess.run([COMMAND, "package", "--check", poropunch.fmu_path()], check=True, capture_output=True)
+    # Built for this machine alone it is nothing to give away.
+    if "manylinux2014" in importlib.metadata.distribution("poropunch").read_text("WHEEL"):
+        subprocess.run([COMMAND, "package", "--check", poropunch.fmu_path()], check=True, capture_output=True)
 
 
 run_all(globals())
