@@ -172,13 +172,15 @@ class HeldOut:
     """A prediction."""
 
     informative: bool
-    """Whether the fitted part determines the effect."""
+    """Whether the fitted part determines the effects."""
     parts: list[PartGap]
     """Gap before and after, per phase and total."""
     score: float
-    """Twice the gain in log predictive density by the effect."""
+    """Twice the gain in log predictive density by the effects."""
     split: str
     """What was predicted from what."""
+    chosen: list[str] = field(default_factory=list)
+    """Effects that the fitted part alone would have chosen; the prediction is with them."""
 
 
 @dataclass(frozen=True)
@@ -307,6 +309,8 @@ class ShrinkageSummary:
     """And with it (mN)."""
     predicted_before_mn: list[float]
     """Predictions at these points without the effect (mN)."""
+    chosen: list[str] = field(default_factory=list)
+    """Effects that the rest of the data alone would have chosen; the prediction is with them."""
     interval: Optional[tuple[float, float]] = None
     """90 % interval."""
     value: Optional[float] = None
