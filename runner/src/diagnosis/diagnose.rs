@@ -98,7 +98,7 @@ pub struct Findings {
     /// The answer.
     pub decision: Decision,
     /// Largest mean difference between data and plain model over half a decade of the time since any kink of the motion, as part of
-    /// its test's largest force (%).
+    /// its test's largest force (%); where it does not matter, of what explains it instead of the data.
     pub gap_percent: f64,
     /// What a gap looks like that nothing explains.
     pub leftover: Option<Leftover>,
@@ -179,12 +179,16 @@ pub fn diagnose(
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
     let mates = |leader: usize| mates(&candidates, &screened, &refits, y, leader, thresholds.decisive);
     let accepted = |r: &Refit| accepted(&plain, r, &splits, &thresholds);
-    let gap_percent = gap_percent(&observations, &plain.gap_mn);
+    let percent = |difference_mn: &DVector<f64>| gap_percent(&observations, difference_mn);
+    let explained = |r: &Refit| percent(&(&plain.gap_mn - &r.fit.gap_mn));
+    let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
+    let gap_percent = percent(&plain.gap_mn);
     let is_small = gap_percent < effort.matters_percent;
     let removed = |r: &Refit| removed(&plain, r, &splits, &thresholds);
     let decision = decide(&Evidence {
         thresholds,
         is_small,
+        explained: &explained_of_what_matters,
         removed: &removed,
         probability,
         is_flagrant: flagrant,
@@ -196,6 +200,9 @@ pub fn diagnose(
         mates: &mates,
         accepted: &accepted,
     });
+    // What is told of a difference that does not matter is what explains it, without the samples' noise.
+    let immaterial = refits.iter().find(|r| decision.is_immaterial && r.members == decision.unnamed);
+    let gap_percent = immaterial.map_or(gap_percent, explained);
     let left = (decision.kind == Kind::NoneOfThese).then(|| leftover(&observations, &plain)).flatten();
     let surviving = match decision.kind {
         Kind::Group => rivals(&refits, &decision.members, &candidates),

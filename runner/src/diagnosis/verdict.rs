@@ -10,6 +10,9 @@ use super::thresholds::Thresholds;
 
 /// Longest list of effects that is an answer: a longer one helps nobody to choose what to measure next.
 const MOST_NAMED: usize = 3;
+/// Part of the answers that find a gap and are right: nature keeps to no catalogue's forms, which the evidence does not know. Found
+/// on one half of a hundred cases of `challenge` (24 of 28) and confirmed on the other (21 of 24). No answer depends on it.
+const RELIABILITY: f64 = 0.86;
 
 /// What is weighed.
 pub struct Evidence<'a> {
@@ -21,6 +24,8 @@ pub struct Evidence<'a> {
     pub is_flagrant: bool,
     /// Whether the plain model's gap is smaller than what matters.
     pub is_small: bool,
+    /// What a model explains, free of noise, over what matters.
+    pub explained: &'a dyn Fn(&Refit) -> f64,
     /// Whether a model surely predicts held-out data better, where that can be told.
     pub removed: &'a dyn Fn(&Refit) -> Option<bool>,
     /// Effects that were asked about: as many chances to find one that fits noise.
@@ -81,7 +86,7 @@ fn add_distinct(
 
 /// Decides.
 pub fn decide(e: &Evidence) -> Decision {
-    let Thresholds { significant, inadequate, decisive, complexity, reliability, .. } = e.thresholds;
+    let Thresholds { significant, inadequate, decisive, complexity, programs, .. } = e.thresholds;
     let mut weights: Vec<f64> = e.refits.iter().map(|r| weight(r, complexity)).collect();
     // Where a single effect leaves nothing but noise, something else cannot be more likely: a smooth error of any shape
     // fits whatever an effect of an unexpected size does.
@@ -103,7 +108,7 @@ pub fn decide(e: &Evidence) -> Decision {
         unnamed: vec![],
         is_immaterial: false,
         refit,
-        confidence: confidence.clamp(0.01, 0.99) * if kind == Kind::NoGap { 1.0 } else { reliability },
+        confidence: confidence.clamp(0.01, 0.99) * if kind == Kind::NoGap { 1.0 } else { RELIABILITY },
         probabilities: probabilities.clone(),
     };
     if e.probability > significant {
@@ -122,13 +127,9 @@ pub fn decide(e: &Evidence) -> Decision {
         let own = probabilities[e.refits.len() + 1];
         return decision(Kind::NoGap, vec![], None, own / (own + rivals + elsewhere_share));
     }
-    // Two correct programs differ by as much; what they leave of one another is no finding about the specimen.
-    let is_slight = |refit: &Refit| {
-        let sizes = refit.fit.magnitudes();
-        !sizes.is_empty() && sizes.iter().all(|m| m.abs() < 1.0)
-    };
-    let is_doubtful = |refit: &Refit| is_slight(refit) && (e.removed)(refit) == Some(false);
-    let is_immaterial = e.is_small && best.is_some_and(|k| is_doubtful(&e.refits[k]));
+    // What two correct programs leave of one another is no finding about the specimen.
+    let is_doubtful = |refit: &Refit| (e.explained)(refit) < programs && (e.removed)(refit) == Some(false);
+    let is_immaterial = best.is_some_and(|k| is_doubtful(&e.refits[k]));
     if is_immaterial {
         let unnamed = best.map_or_else(Vec::new, |k| e.refits[k].members.clone());
         let confidence = 0.5 + 0.5 * best.map_or(0.0, |k| probabilities[k] * (1.0 - elsewhere_share));
@@ -142,7 +143,7 @@ pub fn decide(e: &Evidence) -> Decision {
             // Not even a smooth error of any shape: the samples scatter more than their noise says, the curve is not elsewhere.
             return Decision {
                 is_immaterial: true,
-                ..decision(Kind::NoGap, vec![], None, reliability * confidence)
+                ..decision(Kind::NoGap, vec![], None, RELIABILITY * confidence)
             };
         }
         return decision(Kind::NoneOfThese, vec![], None, confidence);
