@@ -3,6 +3,7 @@
 //! Set-up: coarse mesh, `--quick`. Practice data come from an independent solver with one effect each
 //! (data/practice/answers.csv); the null case is that solver's plain model.
 
+use super::lag;
 use super::program::{directory, fail, json, one_line, repository, run, succeed, text};
 use serde_json::Value;
 use std::path::Path;
@@ -19,11 +20,16 @@ fn diagnose(folder: &str, out: &Path) -> Value {
         "--out",
         text(out),
     ]);
+    reported(&printed, out)
+}
+
+/// The result in a folder, after a look at what was said and at the page.
+fn reported(said: &str, out: &Path) -> Value {
     let found = json(&out.join("diagnosis.json"));
     // Geometry that was not given comes first, then the answer.
-    assert!(printed.starts_with("warning: punch radius 2 mm"), "{printed}");
+    assert!(said.starts_with("warning: punch radius 2 mm"), "{said}");
     let answer = found["verdict"]["text"].as_str().unwrap();
-    assert!(one_line(&printed).contains(&one_line(answer)), "{printed}");
+    assert!(one_line(said).contains(&one_line(answer)), "{said}");
     let page = std::fs::read_to_string(out.join("diagnosis.html")).expect("a page");
     assert!(page.contains("</html>") && page.contains("<svg"));
     // Nothing is loaded from elsewhere: the only addresses are names of namespaces.
@@ -35,8 +41,8 @@ fn diagnose(folder: &str, out: &Path) -> Value {
 /// 0.05 s. Tolerance: 3 deviations of the refit, and 5 %.
 #[test]
 fn a_load_cell_lag_is_found_with_its_size() {
-    let d = directory();
-    let found = diagnose("data/practice/lag", d.path());
+    let lag = lag::diagnosed();
+    let found = reported(&lag.said, &lag.folder);
     assert_eq!(found["verdict"]["kind"], "effect");
     assert_eq!(found["verdict"]["effects"][0], "load_cell_lag");
     let model = &found["models"][0];

@@ -14,6 +14,7 @@ mod inspect;
 mod interrupted;
 mod job_files;
 mod lab_files;
+mod lag;
 mod mutated;
 mod nothing_silent;
 mod own_fmu;

@@ -32,7 +32,7 @@ pub fn fail(arguments: &[&str]) -> String {
     let output = run(arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(matches!(output.status.code(), Some(1 | 2 | 4)), "{arguments:?}\n{error}");
-    assert!(error.starts_with("error: ") && !error.contains("panicked"), "{error}");
+    assert!(error.starts_with("error:") && !error.contains("panicked"), "{error}");
     one_line(&error)
 }
 

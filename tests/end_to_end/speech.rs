@@ -1,6 +1,7 @@
 //! What the program says to programs and to people: JSON on standard output, JSON lines of progress, schemas, lines of 80
 //! characters, completions and manual pages.
 
+use super::lag;
 use super::program::{directory, json, repository, run, succeed, text};
 use super::third_party::{WIRING, build, measurement};
 use serde_json::Value;
@@ -61,20 +62,24 @@ fn results_follow_their_schemas() {
     measurement(&data, 3.0, 8.0, 1.2);
     let wired = [&["--fmu", text(&fmu)], &WIRING[..]].concat();
     let bounds = ["k_slow=0.1:100", "k_fast=0.1:100", "tau=0.05:50s"].map(|b| ["--bounds", b]).concat();
+    let follows = |name: &str, file: Option<&Path>, stdout: &[u8]| {
+        let printed: Value = serde_json::from_slice(stdout).expect("one JSON");
+        let kept = d.path().join(format!("{name}.json"));
+        std::fs::write(&kept, stdout).unwrap();
+        validate(&kept, &committed(name));
+        if let Some(file) = file {
+            let mut written = json(file);
+            assert!(written.as_object_mut().unwrap().remove("written_by").is_some());
+            assert_eq!(written, printed, "{name}");
+            validate(file, &committed(name));
+        }
+    };
     let check = |name: &str, file: &str, arguments: &[&str]| {
         let output = run(&[arguments, &["--json"]].concat());
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{arguments:?}: {error}");
-        let printed: Value = serde_json::from_slice(&output.stdout).expect("one JSON");
-        let kept = d.path().join(format!("{name}.json"));
-        std::fs::write(&kept, &output.stdout).unwrap();
-        validate(&kept, &committed(name));
-        if !file.is_empty() {
-            let mut written = json(&d.path().join(file));
-            assert!(written.as_object_mut().unwrap().remove("written_by").is_some());
-            assert_eq!(written, printed, "{name}");
-            validate(&d.path().join(file), &committed(name));
-        }
+        let file = (!file.is_empty()).then(|| d.path().join(file));
+        follows(name, file.as_deref(), &output.stdout);
     };
     let out = |name: &str| text(&d.path().join(name)).to_owned();
     let (fit, seen, sets, table) = (out("fit"), out("seen"), out("sets.csv"), out("table"));
@@ -86,11 +91,10 @@ fn results_follow_their_schemas() {
     std::fs::write(&sets, "k_slow\n3\n4\n").unwrap();
     let batch = ["batch", &sets, "--protocol", text(&data), "--out", &table];
     check("batch", "", &[&batch[..], &wired].concat());
-    let lag = repository("data/practice/lag/P2.csv");
-    let diagnose = ["diagnose", text(&lag), "--mesh", "coarse", "--quick", "--out", &out("why")];
-    check("diagnosis", "why/diagnosis.json", &diagnose);
-    for kept in ["fit", "seen", "table", "why"] {
-        validate(&d.path().join(kept).join("poropunch.toml"), &committed("job"));
+    let lag = lag::diagnosed();
+    follows("diagnosis", Some(&lag.folder.join("diagnosis.json")), &lag.json);
+    for kept in [d.path().join("fit"), d.path().join("seen"), d.path().join("table"), lag.folder.clone()] {
+        validate(&kept.join("poropunch.toml"), &committed("job"));
     }
 }
 
@@ -132,7 +136,6 @@ fn lines_fit_into_eighty_columns() {
         &[&["identify", text(&p2), "--out", &out("b")], &coarse[..]].concat(),
         &[&["validate", text(&p2)], &coarse[..]].concat(),
         &[&["batch", &sets, "--out", &out("c")], &coarse[..]].concat(),
-        &[&["diagnose", text(&lag), text(&lag1), "--quick", "--out", &out("e")], &coarse[..]].concat(),
         &["identify", "nowhere.csv"],
         &["simulate", "P2", "--set", "material.n0x=1"],
         &["--help"],
@@ -142,10 +145,13 @@ fn lines_fit_into_eighty_columns() {
     .iter()
     .map(|words| words.iter().map(|w| (*w).to_owned()).collect())
     .collect();
-    for words in commands {
-        let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let output = run(&words);
+    let said = |words: Vec<String>| {
+        let output = run(&words.iter().map(String::as_str).collect::<Vec<_>>());
         let said = [output.stdout, output.stderr].map(|t| String::from_utf8_lossy(&t).into_owned()).concat();
+        (words, said)
+    };
+    let diagnosed = (vec!["diagnose".to_owned()], lag::diagnosed().said.clone());
+    for (words, said) in commands.into_iter().map(said).chain([diagnosed]) {
         assert!(!said.is_empty());
         for line in said.lines() {
             let is_word = !line.trim().contains(' ');

@@ -195,7 +195,7 @@ fn wide_sweep_standard() {
 
 /// Goal: the same on the fine mesh.
 #[test]
-#[ignore = "long: an hour"]
+#[ignore = "long: eight minutes"]
 fn wide_sweep_fine() {
     sweep(MeshPreset::Fine, wide);
 }

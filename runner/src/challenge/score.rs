@@ -187,7 +187,8 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
         false_accusations: Share::of(of(&[CaseKind::Null]).map(|(_, a)| a.kind != Kind::NoGap)),
         top_1: Share::of(visible().map(first)),
         in_group: Share::of(visible().map(|(s, a)| is_right(s, a))),
-        group_size: groups.iter().sum::<f64>() / groups.len().max(1) as f64,
+        // The sum of nothing is -0.0.
+        group_size: (0.0 + groups.iter().sum::<f64>()) / groups.len().max(1) as f64,
         outside: Share::of(of(&[CaseKind::Outside]).map(|(_, a)| !accuses(a))),
         immaterial: Share::of(immaterial.map(|(s, a)| is_right(s, a))),
         weak: Share::of(weak.map(|(s, a)| is_right(s, a))),
