@@ -25,3 +25,27 @@ fn the_model_s_mesh_is_refused_for_the_wide_ground() {
     let told = one_line(&fail(&["challenge", "make", "--mesh", "fine", "--out", text(&out)]));
     assert!(told.contains("--mesh") && told.contains("--ground near"), "{told}");
 }
+
+/// Two batches are scored as one, and no key is opened while a case of any of them has no answer.
+#[test]
+fn several_batches_need_a_secret_each_and_all_their_answers() {
+    let d = directory();
+    let batch = |name: &str| {
+        let (folder, secret) = (d.path().join(name), d.path().join(format!("{name}.secret")));
+        let asked = ["--cases", "1", "--kinds", "null", "--ground", "near", "--mesh", "coarse"];
+        succeed(
+            &[&["challenge", "make"][..], &asked, &["--out", text(&folder), "--secret", text(&secret)]]
+                .concat(),
+        );
+        (text(&folder).to_owned(), text(&secret).to_owned())
+    };
+    let (one, two) = (batch("one"), batch("two"));
+    let score = |secrets: &[&str]| {
+        let secrets = secrets.iter().flat_map(|s| ["--secret", s]).collect::<Vec<_>>();
+        one_line(&fail(&[&["challenge", "score", &one.0, &two.0][..], &secrets].concat()))
+    };
+    let told = score(&[&one.1]);
+    assert!(told.contains("--secret") && told.contains("1 for 2"), "{told}");
+    let told = score(&[&one.1, &two.1]);
+    assert!(told.contains("no answer yet") && told.contains("--unfinished"), "{told}");
+}

@@ -17,6 +17,7 @@ mod lab_files;
 mod lag;
 mod mutated;
 mod nothing_silent;
+mod oracle;
 mod own_fmu;
 mod parameter_sets;
 pub(crate) mod program;

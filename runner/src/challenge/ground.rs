@@ -38,9 +38,7 @@ impl Ground {
 
     /// What an identification fits, drawn evenly in the logarithm about Table 1's values; its names are the FMU's (SI).
     pub(super) fn material(self, random: &mut Random) -> BTreeMap<String, f64> {
-        let varied = poropunch::variables::identifiable().filter(|(_, i)| i.free);
-        let mut material: BTreeMap<String, f64> =
-            varied.map(|(v, _)| (v.name.to_owned(), v.start_number())).collect();
+        let mut material = table_1();
         let off = self.pick(OFF);
         if self == Self::Near {
             material.values_mut().for_each(|v| *v *= off.powf(2.0 * random.uniform() - 1.0));
@@ -94,9 +92,7 @@ impl Ground {
         if self == Self::Near {
             return 1.0;
         }
-        let table_1 = poropunch::variables::identifiable().filter(|(_, i)| i.free);
-        let table_1 = table_1.map(|(v, _)| (v.name.to_owned(), v.start_number())).collect();
-        Shear::of(material).seen() / Shear::of(&table_1).seen()
+        Shear::of(material).seen() / Shear::of(&table_1()).seen()
     }
 
     /// Specimens and noise.
@@ -127,6 +123,22 @@ impl Ground {
         let specimens = 3 + random.below(10);
         Noise { specimens, same_specimens, height_scatter, shape_scatter, white_n, family, seed }
     }
+}
+
+/// Table 1's values of what an identification fits, by the FMU's names (SI).
+fn table_1() -> BTreeMap<String, f64> {
+    let varied = poropunch::variables::identifiable().filter(|(_, i)| i.free);
+    varied.map(|(v, _)| (v.name.to_owned(), v.start_number())).collect()
+}
+
+/// Largest factor, at least 1, between a modulus, relaxation time or permeability and Table 1's.
+pub(super) fn factor_off_table_1(material: &BTreeMap<String, f64>) -> f64 {
+    let values = |of: &BTreeMap<String, f64>| {
+        let shear = Shear::of(of);
+        shear.moduli.into_iter().chain(shear.times).chain([of["material.permeability"]]).collect::<Vec<_>>()
+    };
+    let factors = values(material).into_iter().zip(values(&table_1())).map(|(a, b)| (a / b).max(b / a));
+    factors.fold(1.0, f64::max)
 }
 
 /// Shear moduli (Pa) of equilibrium and two branches, and the branches' times (s).
@@ -184,6 +196,21 @@ mod tests {
             }
         }
         all
+    }
+
+    #[test]
+    fn a_softer_branch_is_as_far_off_as_a_stiffer_one() {
+        let softer = |factor: f64| {
+            let mut material = table_1();
+            let branch = material.get_mut("material.branch[1].mu").unwrap();
+            *branch *= factor;
+            // Its time is eta / G.
+            *material.get_mut("material.branch[1].eta").unwrap() *= factor;
+            factor_off_table_1(&material)
+        };
+        approx::assert_relative_eq!(softer(8.0), 8.0, max_relative = 1e-12);
+        approx::assert_relative_eq!(softer(0.125), 8.0, max_relative = 1e-12);
+        approx::assert_relative_eq!(softer(1.0), 1.0, max_relative = 1e-12);
     }
 
     #[test]

@@ -12,6 +12,7 @@ use crate::data::{DataError, Wanted, read_str};
 use crate::engine::Engine;
 use crate::fit::EvaluationFailure;
 use crate::inference::ParameterError;
+use crate::inference::fit::FitFailure;
 use crate::noise::ObservationError;
 use crate::output::mark::marked;
 use crate::output::{OutputError, write_file};
@@ -49,6 +50,9 @@ pub enum MakeError {
     /// A simulation with derivatives.
     #[error("a case cannot be simulated: {0}")]
     Evaluation(#[from] EvaluationFailure),
+    /// Likewise, where a cause is refitted.
+    #[error("a case cannot be refitted: {0}")]
+    Fit(#[from] FitFailure),
     /// A file.
     #[error(transparent)]
     Output(#[from] OutputError),

@@ -25,7 +25,7 @@ pub mod make;
 mod motion;
 mod near;
 pub mod noise;
-mod oracle;
+pub mod oracle;
 mod reading;
 pub mod score;
 pub mod simulate;

@@ -3,14 +3,19 @@
 use super::binomial::Share;
 use super::calibration::Calibration;
 use super::draw::Kind as CaseKind;
-use super::key::{Key, Solution};
+use super::ground::factor_off_table_1;
+use super::key::Solution;
 use super::noise::shared_height;
+use crate::data::measurement::median;
 use crate::diagnosis::result::{Diagnosis, Kind};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Largest group that is an answer.
 const LARGEST_GROUP: usize = 3;
+/// From this factor between one of its parameters and Table 1's a material is far off it. Those of the wide ground are up to ten times
+/// off in each: about a third of them are nowhere as far as this.
+pub const FAR: f64 = 7.0;
 
 /// How one case was answered.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -56,6 +61,8 @@ pub struct Scores {
     pub pairs: Share,
     /// 90 % intervals of the shrinkage that hold the true one, for effects named rightly.
     pub coverage: Share,
+    /// Median width of all intervals of the shrinkage; none where nothing was accused.
+    pub width: Option<f64>,
     /// Cases without a gap that were accused of one, by the noise that they have beside the white one.
     pub accused_by_noise: BTreeMap<String, Share>,
     /// What the confidences are worth.
@@ -67,6 +74,8 @@ pub struct Scores {
 pub struct Table {
     /// The diagnosis.
     pub diagnosis: Scores,
+    /// Of it the cases whose material is [`FAR`] off Table 1 or more.
+    pub far: Scores,
     /// The simple rules, by name.
     pub rules: Vec<(String, Scores)>,
     /// Cases without an answer.
@@ -87,10 +96,10 @@ struct Answer {
     true_shrinkage: Option<f64>,
 }
 
-/// The table; `answers` in the order of the key's cases.
-pub fn score(key: &Key, answers: &[Option<Diagnosis>]) -> Table {
-    let answered = || key.cases.iter().zip(answers).filter_map(|(s, d)| d.as_ref().map(|d| (s, d)));
-    let missing = key.cases.iter().zip(answers).filter(|(_, d)| d.is_none()).map(|(s, _)| s.drawn.id.clone());
+/// The table of cases and their answers, of one batch or of several.
+pub fn score(cases: &[(Solution, Option<Diagnosis>)]) -> Table {
+    let answered = || cases.iter().filter_map(|(s, d)| d.as_ref().map(|d| (s, d)));
+    let missing = cases.iter().filter(|(_, d)| d.is_none()).map(|(s, _)| s.drawn.id.clone());
     let ours: Vec<(&Solution, Answer)> = answered().map(|(s, d)| (s, of_diagnosis(s, d))).collect();
     let lines = ours.iter().map(|(s, a)| line(s, a)).collect();
     let names: Vec<String> = answered()
@@ -111,7 +120,10 @@ pub fn score(key: &Key, answers: &[Option<Diagnosis>]) -> Table {
         (name, scores(&answers))
     });
     let rules = rules.collect();
-    Table { diagnosis: scores(&ours), rules, missing: missing.collect(), lines }
+    let diagnosis = scores(&ours);
+    let far: Vec<_> =
+        ours.into_iter().filter(|(s, _)| factor_off_table_1(&s.drawn.material) >= FAR).collect();
+    Table { diagnosis, far: scores(&far), rules, missing: missing.collect(), lines }
 }
 
 fn of_diagnosis(solution: &Solution, d: &Diagnosis) -> Answer {
@@ -178,6 +190,8 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
         let ((_, low, high), truth) = (a.shrinkage?, a.true_shrinkage?);
         (s.is_visible() && a.families.first() == s.effects.first()).then_some(truth >= low && truth <= high)
     };
+    let mut widths: Vec<f64> =
+        answers.iter().filter_map(|(_, a)| a.shrinkage).map(|(_, low, high)| high - low).collect();
     let mut accused_by_noise: BTreeMap<String, Share> = BTreeMap::new();
     for (s, a) in of(&[CaseKind::Null]) {
         let family = s.drawn.noise.family.name().to_owned();
@@ -194,6 +208,7 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
         weak: Share::of(weak.map(|(s, a)| is_right(s, a))),
         pairs: Share::of(of(&[CaseKind::Pair]).filter(matter).map(|(s, a)| is_right(s, a))),
         coverage: Share::of(answers.iter().filter_map(covered)),
+        width: (!widths.is_empty()).then(|| median(&mut widths)),
         accused_by_noise,
         confidence: Calibration::of(answers.iter().map(|(s, a)| (a.confidence, is_right(s, a))).collect()),
     }

@@ -1,11 +1,11 @@
 //! The scores as text.
 
 use super::binomial::Share;
-use super::score::{Scores, Table};
+use super::score::{FAR, Scores, Table};
 use std::fmt::Write as _;
 
 /// Gates of the design, section 7.
-const GATES: [&str; 9] = [
+const GATES: [&str; 10] = [
     "<= 3 %, bound <= 6 %",
     ">= 92 %, bound >= 85 %",
     ">= 97 %",
@@ -14,6 +14,7 @@ const GATES: [&str; 9] = [
     ">= 97 %",
     ">= 80 %",
     "84 to 95 %",
+    "<= 30 %",
     "<= 1.5",
 ];
 
@@ -22,12 +23,12 @@ type Cell = fn(&Scores) -> String;
 
 /// Markdown: scores of the diagnosis beside those of the simple rules, then every answer.
 pub fn markdown(table: &Table) -> String {
-    let mut text = String::from("| | gate | diagnose |");
+    let mut text = String::from("| | gate | diagnose | far from Table 1 |");
     table.rules.iter().for_each(|(name, _)| text.push_str(&format!(" {name} |")));
-    text.push_str("\n|---|---|---|");
+    text.push_str("\n|---|---|---|---|");
     table.rules.iter().for_each(|_| text.push_str("---|"));
     text.push('\n');
-    let rows: [(&str, Cell); 9] = [
+    let rows: [(&str, Cell); 10] = [
         ("false accusations of cases without a gap", |s| share(s.false_accusations)),
         ("visible single effects that matter, named first", |s| share(s.top_1)),
         ("the same, within the group of at most 3", |s| share(s.in_group)),
@@ -36,14 +37,21 @@ pub fn markdown(table: &Table) -> String {
         ("effects too weak to see: nothing else accused", |s| share(s.weak)),
         ("pairs, both visible, both matter: both named", |s| share(s.pairs)),
         ("true shrinkage inside its 90 % interval", |s| share(s.coverage)),
+        ("median width of that interval", |s| {
+            s.width.map_or_else(|| "-".to_owned(), |w| format!("{:.0} %", 100.0 * w))
+        }),
         ("mean size of a group", |s| format!("{:.2}", s.group_size)),
     ];
     for ((name, of), gate) in rows.iter().zip(GATES) {
-        let _ = write!(text, "| {name} | {gate} | {} |", of(&table.diagnosis));
+        let _ = write!(text, "| {name} | {gate} | {} | {} |", of(&table.diagnosis), of(&table.far));
         table.rules.iter().for_each(|(_, scores)| text.push_str(&format!(" {} |", of(scores))));
         text.push('\n');
     }
-    text.push_str("\nShares with exact 90 % intervals; each end is a one-sided bound of 95 %.");
+    text.push_str("\nShares with exact 90 % intervals; each end is a one-sided bound of 95 %. ");
+    let _ = write!(
+        text,
+        "Far: a modulus, time or permeability at least {FAR} times Table 1's, or 1/{FAR} of it."
+    );
     let d = &table.diagnosis;
     if !d.accused_by_noise.is_empty() {
         let parts = d.accused_by_noise.iter().map(|(noise, s)| format!("{noise} {}", share(*s)));

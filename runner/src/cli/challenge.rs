@@ -96,19 +96,19 @@ struct Answer {
 
 #[derive(Debug, Args)]
 struct Score {
-    /// Folder of the cases and answers
-    #[arg(value_name = "DIR")]
-    folder: PathBuf,
-    /// File of the key
+    /// Folders of the cases and answers: the batches are scored as one
+    #[arg(value_name = "DIR", required = true)]
+    folders: Vec<PathBuf>,
+    /// File of the key; of several batches once for each [default: DIR.key.json]
     #[arg(long, value_name = "FILE")]
-    key: PathBuf,
-    /// What opens it: the digits that `challenge make` printed, or the file that it wrote
-    #[arg(long, value_name = "SECRET")]
-    secret: String,
+    key: Vec<PathBuf>,
+    /// What opens it: the digits that `challenge make` printed, or the file that it wrote; once for each batch
+    #[arg(long, value_name = "SECRET", required = true)]
+    secret: Vec<String>,
     /// Score although cases are still without an answer: these are then no longer blind
     #[arg(long)]
     unfinished: bool,
-    /// Where to write the table: PATH.md and PATH.json [default: DIR/scores]
+    /// Where to write the table: PATH.md and PATH.json [default: DIR/scores, in the first folder]
     #[arg(long, short, value_name = "PATH")]
     out: Option<PathBuf>,
 }
@@ -154,7 +154,7 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
     };
     let own = own.iter().map(|s| (*s).to_owned());
     let settings: Vec<String> = own.chain(arguments.engine.settings(engine.wiring())?).collect();
-    let key = arguments.key.clone().unwrap_or_else(|| arguments.out.with_extension("key.json"));
+    let key = arguments.key.clone().unwrap_or_else(|| key_of(&arguments.out));
     let plan = Plan {
         seed: arguments.seed.unwrap_or_else(fresh_seed),
         cases: arguments.cases,
@@ -208,6 +208,11 @@ fn cases(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn std::error::Error>> {
     let mut all: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.is_dir()).collect();
     all.sort();
     Ok(all)
+}
+
+/// Where a folder's key is unless another place is told.
+fn key_of(folder: &Path) -> PathBuf {
+    folder.with_extension("key.json")
 }
 
 /// Where the answer to a case is kept.
@@ -265,47 +270,64 @@ fn secret_of(told: &str) -> Result<Secret, Box<dyn std::error::Error>> {
 }
 
 fn score_answers(arguments: &Score) -> CliResult {
-    let missing: Vec<String> = cases(&arguments.folder)?
-        .iter()
-        .map(|case| case.file_name().unwrap_or_default().to_string_lossy().into_owned())
-        .filter(|id| !answer_file(&arguments.folder, id).exists())
-        .collect();
-    if !missing.is_empty() && !arguments.unfinished {
-        let (first, folder) = (&missing[0], arguments.folder.display());
-        return Err(format!(
-            "{} cases have no answer yet, {first} is one: the key is opened after the last answer; \
-             `challenge answer {folder}` writes them, --unfinished opens it all the same",
-            missing.len()
-        )
-        .into());
+    let secrets: Vec<Secret> = arguments.secret.iter().map(|s| secret_of(s)).collect::<Result<_, _>>()?;
+    for (option, given) in [("--secret", secrets.len()), ("--key", arguments.key.len())] {
+        let (folders, none_needed) = (arguments.folders.len(), option == "--key" && given == 0);
+        if given != folders && !none_needed {
+            return Err(
+                format!("{option}: give one for each folder, in their order: {given} for {folders}").into()
+            );
+        }
     }
-    let key = open(&arguments.key, &arguments.folder, &secret_of(&arguments.secret)?)?;
-    let mut answers: Vec<Option<Diagnosis>> = Vec::new();
-    for case in &key.cases {
-        let file = answer_file(&arguments.folder, &case.drawn.id);
-        answers.push(match std::fs::read(&file) {
-            Ok(bytes) => {
-                let read = serde_json::from_slice(&bytes);
-                Some(read.map_err(|e| format!("{} is no diagnosis: {e}; delete it", file.display()))?)
-            }
-            Err(_) => None,
-        });
+    // No key is opened before all folders have all their answers.
+    if !arguments.unfinished {
+        arguments.folders.iter().try_for_each(|folder| check_answers(folder))?;
     }
-    if answers.iter().all(Option::is_none) {
+    let mut scored = Vec::new();
+    for (i, (folder, secret)) in arguments.folders.iter().zip(&secrets).enumerate() {
+        let key = arguments.key.get(i).cloned().unwrap_or_else(|| key_of(folder));
+        for case in open(&key, folder, secret)?.cases {
+            let answer = read_answer(&answer_file(folder, &case.drawn.id))?;
+            scored.push((case, answer));
+        }
+    }
+    let first = &arguments.folders[0];
+    if scored.iter().all(|(_, answer)| answer.is_none()) {
         return Err(format!(
             "{} holds no answers; `challenge answer {}` writes them",
-            arguments.folder.join("answers").display(),
-            arguments.folder.display()
+            first.join("answers").display(),
+            first.display()
         )
         .into());
     }
-    let table = score(&key, &answers);
+    let table = score(&scored);
     let text = markdown(&table);
     say!("{text}");
-    let base = arguments.out.clone().unwrap_or_else(|| arguments.folder.join("scores"));
+    let base = arguments.out.clone().unwrap_or_else(|| first.join("scores"));
     write_file(&base.with_extension("md"), text.as_bytes())?;
     let file = base.with_extension("json");
     write_file(&file, &json(&file, &table)?)?;
     terminal::result(&table)?;
     Ok(Ending::Complete)
+}
+
+/// Refuses a folder with a case that has no answer.
+fn check_answers(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let ids =
+        cases(folder)?.into_iter().map(|c| c.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let missing: Vec<String> = ids.filter(|id| !answer_file(folder, id).exists()).collect();
+    let Some(first) = missing.first() else { return Ok(()) };
+    let (missing, folder) = (missing.len(), folder.display());
+    Err(format!(
+        "{missing} cases of {folder} have no answer yet, {first} is one: the key is opened after the last answer; \
+         `challenge answer {folder}` writes them, --unfinished opens it all the same"
+    )
+    .into())
+}
+
+/// An answer; none where its file is not there.
+fn read_answer(file: &Path) -> Result<Option<Diagnosis>, Box<dyn std::error::Error>> {
+    let Ok(bytes) = std::fs::read(file) else { return Ok(None) };
+    let read = serde_json::from_slice(&bytes);
+    Ok(Some(read.map_err(|e| format!("{} is no diagnosis: {e}; delete it", file.display()))?))
 }
