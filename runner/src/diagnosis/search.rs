@@ -30,6 +30,9 @@ const GENTLER: f64 = 0.25;
 /// so many times.
 const GENTLER_TIMES: usize = 3;
 
+/// A refit whose chi^2 is this much above that of the plain model, which it contains, has not ended.
+const WORSE: f64 = 1.0;
+
 /// What an effect would do for a fit, by its signature.
 #[derive(Clone, Copy)]
 struct Promise {
@@ -99,11 +102,8 @@ impl Search<'_> {
         let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
         for beginnings in self.beginnings(shown)? {
             let mut beginnings = VecDeque::from(beginnings);
-            while let Some(at) = beginnings.pop_front() {
-                if let Some(refit) = self.begun(&at, say)? {
-                    found.push((refit, beginnings));
-                    break;
-                }
+            if let Some(refit) = self.begin(&mut beginnings, say)? {
+                found.push((refit, beginnings));
             }
         }
         self.begin_elsewhere(&mut found, say)?;
@@ -176,6 +176,30 @@ impl Search<'_> {
             all.truncate(QUICK);
         }
         Ok(all)
+    }
+
+    /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,
+    /// from the plain fit with hardly any of the effect.
+    fn begin(
+        &self,
+        beginnings: &mut VecDeque<Beginning>,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
+        let mut best: Option<Refit> = None;
+        let mut expected = None;
+        let better = |best: &Option<Refit>, found: &Refit| best.as_ref().is_none_or(|b| b.gain < found.gain);
+        let is_worse = |best: &Option<Refit>| best.as_ref().is_none_or(|b| b.gain < -WORSE);
+        while is_worse(&best) {
+            let Some(at) = beginnings.pop_front() else { break };
+            expected.get_or_insert(at.promise.expected());
+            best = self.begun(&at, say)?.filter(|found| better(&best, found)).or(best);
+        }
+        if let Some((candidate, magnitude)) = expected.filter(|_| is_worse(&best)) {
+            let hardly_any = [(candidate, magnitude * GENTLER.powi(GENTLER_TIMES as i32))];
+            let last = self.refit(&hardly_any, self.plain.x(), Depth::Competing, say)?;
+            best = last.filter(|found| better(&best, found)).or(best);
+        }
+        Ok(best)
     }
 
     /// A refit with one effect.

@@ -154,7 +154,7 @@ fn what_explains_too_little_to_matter_and_fails_to_predict_is_not_accused() {
     let (nothing, accused) = ((Kind::NoGap, vec![], vec![4], true), (Kind::Effect, vec![4], vec![], false));
     assert_eq!(small(0.5, Some(false)), nothing);
     assert_eq!(small(0.5, Some(true)), accused);
-    assert_eq!(small(0.7, Some(false)), accused);
+    assert_eq!(small(0.8, Some(false)), accused);
     // One test of one cycle leaves nothing to predict.
     assert_eq!(small(0.5, None), accused);
     let unexplained = |is_small, shape| decide(&Evidence { is_small, ..evidence(&[], 0.0, shape) });
