@@ -30,9 +30,6 @@ const GENTLER: f64 = 0.25;
 /// so many times.
 const GENTLER_TIMES: usize = 3;
 
-/// A refit whose chi^2 is this much above that of the plain model, which it contains, has not ended.
-const WORSE: f64 = 1.0;
-
 /// What an effect would do for a fit, by its signature.
 #[derive(Clone, Copy)]
 struct Promise {
@@ -188,7 +185,10 @@ impl Search<'_> {
         let mut best: Option<Refit> = None;
         let mut expected = None;
         let better = |best: &Option<Refit>, found: &Refit| best.as_ref().is_none_or(|b| b.gain < found.gain);
-        let is_worse = |best: &Option<Refit>| best.as_ref().is_none_or(|b| b.gain < -WORSE);
+        // A rough fit may end as much above its minimum.
+        let is_worse = |best: &Option<Refit>| {
+            best.as_ref().is_none_or(|b| b.gain < -ROUGH * self.plain.solution.chi_square)
+        };
         while is_worse(&best) {
             let Some(at) = beginnings.pop_front() else { break };
             expected.get_or_insert(at.promise.expected());
