@@ -10,6 +10,11 @@ use poropunch_fmi::fmi3::*;
 use std::ffi::{CString, c_void};
 use std::ptr::{null, null_mut};
 
+states! {
+    fmi3Reset, read_time, fmi3GetFMUState, fmi3SetFMUState, fmi3FreeFMUState, fmi3SerializedFMUStateSize, fmi3SerializeFMUState,
+    fmi3DeserializeFMUState
+}
+
 pub static VERSION: Version = Version { instantiate, free, get, set, step, state, other, reset, begin };
 
 /// Room for the values of a call: three matrices of sensitivities and histories.
@@ -107,11 +112,6 @@ fn free(driver: &mut Driver, slave: &Slave) {
         drop(Box::from_raw(slave.master.cast::<Master>()));
     }
     driver.noted("fmi3FreeInstance", 0);
-}
-
-states! {
-    fmi3GetFMUState, fmi3SetFMUState, fmi3FreeFMUState, fmi3SerializedFMUStateSize, fmi3SerializeFMUState,
-    fmi3DeserializeFMUState
 }
 
 fn read_time(driver: &mut Driver, which: usize) {
@@ -286,11 +286,6 @@ fn not_offered(driver: &mut Driver, which: usize) {
         fmi3GetNumberOfContinuousStates(c, &mut 0);
         fmi3ActivateModelPartition(c, one, real);
     };
-}
-
-fn reset(driver: &mut Driver, which: usize) {
-    assert!(call!(driver, fmi3Reset(driver.slaves[which].component)));
-    driver.slaves[which].time = 0.0;
 }
 
 fn begin(driver: &mut Driver, which: usize) {
