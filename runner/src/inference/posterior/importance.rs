@@ -1,8 +1,8 @@
 //! Draws from Student's t around the optimum, weighed by the density over that of the proposal, and resampled.
 
 use super::pareto::smoothed;
-use super::{Density, Method, PosteriorError, Sample, SamplePlan, root};
-use nalgebra::{DMatrix, DVector};
+use super::{Density, Method, Peak, PosteriorError, Sample, SamplePlan, root};
+use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
@@ -13,10 +13,10 @@ const DEGREES: f64 = 7.0;
 /// A sample by importance weights, whatever their k-hat.
 pub fn sample(
     density: &mut dyn Density,
-    mode: &[f64],
-    covariance: &DMatrix<f64>,
+    peak: Peak<'_>,
     plan: &SamplePlan,
 ) -> Result<Sample, PosteriorError> {
+    let Peak { mode, covariance } = peak;
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
     let chi_squared = ChiSquared::new(DEGREES).map_err(|e| PosteriorError::Sampler(e.to_string()))?;
     let (n, root, centre) = (mode.len(), root(covariance)?, DVector::from_column_slice(mode));
