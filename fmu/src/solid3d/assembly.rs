@@ -8,7 +8,7 @@ use super::kernel::{self, CellSystem, PointState};
 use super::mesh::Mesh;
 use super::point::SolidMaterial;
 use super::shape::{CORNER_NODES, NODES, POINTS, UNKNOWNS};
-use crate::element::{History, Inadmissible, Stage};
+use crate::element::{History, Stage};
 use crate::solver::pattern::CscPattern;
 
 /// History of the undeformed state of a mesh of hexahedra.
@@ -223,12 +223,7 @@ impl SolidBody<'_> {
     ///
     /// # Errors
     /// The first cell that is turned inside out, compacted or too strained.
-    pub fn assemble(
-        &self,
-        stage: &Stage<'_>,
-        residual: &mut [f64],
-        values: &mut [f64],
-    ) -> Result<(), Inadmissible> {
+    pub fn assemble(&self, stage: Stage<'_>, residual: &mut [f64], values: &mut [f64]) -> Result<(), usize> {
         residual.fill(0.0);
         values.fill(0.0);
         let mut system = Box::<CellSystem>::default();
@@ -237,8 +232,7 @@ impl SolidBody<'_> {
         for (cell, points) in self.geometry.cells.iter().enumerate() {
             let x_c = self.map.gather(cell, stage.x);
             let history = cell_history(stage.old, cell, branches);
-            kernel::evaluate(points, self.material, &x_c, history, stage.dt, &mut system)
-                .ok_or(Inadmissible { element: cell })?;
+            kernel::evaluate(points, self.material, &x_c, history, stage.dt, &mut system).ok_or(cell)?;
             self.map.scatter(cell, &system, &mut condensed, residual, values);
         }
         Ok(())

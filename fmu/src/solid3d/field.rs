@@ -18,13 +18,8 @@ impl SolidBody<'_> {
     ///
     /// # Errors
     /// The first cell that cannot be evaluated.
-    pub fn update(
-        &self,
-        stage: &Stage<'_>,
-        reach: f64,
-        new: &mut History,
-    ) -> Result<Integrals, Inadmissible> {
-        let (Self { geometry, map, material }, Stage { x, old, dt }) = (*self, *stage);
+    pub fn update(&self, stage: Stage<'_>, reach: f64, new: &mut History) -> Result<Integrals, Inadmissible> {
+        let (Self { geometry, map, material }, Stage { x, old, dt }) = (*self, stage);
         let branches = material.branches();
         let mut sums = Integrals::default();
         for (cell, places) in geometry.cells.iter().enumerate() {
@@ -61,8 +56,8 @@ impl SolidBody<'_> {
     ///
     /// # Errors
     /// The first cell that cannot be evaluated.
-    pub fn face_forces(&self, stage: &Stage<'_>) -> Result<(f64, f64), Inadmissible> {
-        let (Self { geometry, map, material }, Stage { x, old, dt }) = (*self, *stage);
+    pub fn face_forces(&self, stage: Stage<'_>) -> Result<(f64, f64), Inadmissible> {
+        let (Self { geometry, map, material }, Stage { x, old, dt }) = (*self, stage);
         let (mut fluid, mut traction) = (0.0, 0.0);
         let branches = material.branches();
         // The points of one cell follow each other and share its stresses.

@@ -128,7 +128,7 @@ struct StageSystem<'a> {
 impl System for StageSystem<'_> {
     fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
         let stage = Stage { x, old: self.history, dt: self.dt };
-        self.body.assemble(&stage, residual, values).map_err(|failed| failed.element)?;
+        self.body.assemble(stage, residual, values)?;
         let map = self.body.map;
         self.raw_residual.copy_from_slice(residual);
         // Scale of every row; 0 where the row is replaced by the identity's.
@@ -212,9 +212,9 @@ impl Discretisation for SolidStepper {
         let reaction = -QUARTERS * punch.map(|&u| self.raw_residual[u]).sum::<f64>();
         let stage = Stage { x: &x, old: task.start.history, dt: task.length };
         let body = self.sample.body(&self.material);
-        let face = task.is_last.then(|| body.face_forces(&stage)).transpose()?;
+        let face = task.is_last.then(|| body.face_forces(stage)).transpose()?;
         let mut history = task.start.history.clone();
-        let integrals = body.update(&stage, task.reach, &mut history)?;
+        let integrals = body.update(stage, task.reach, &mut history)?;
         Ok(Found {
             x,
             contact: Contact::default(),

@@ -41,21 +41,6 @@ const BEGINNING: usize = 5;
 /// Fewest samples before the rise that tell its level: one of three may stand alone.
 const FEWEST: usize = 3;
 
-/// Which of displacement and force are reversed.
-#[derive(Clone, Copy)]
-struct Flipped {
-    displacement: bool,
-    force: bool,
-}
-
-/// What is known of a file when its zeros are looked for.
-struct Told<'a> {
-    own: Own,
-    reading: &'a Reading,
-    flipped: Flipped,
-    onset: Option<Onset>,
-}
-
 /// Puts displacement and force into the sample's coordinate; returns what is open.
 pub fn settle(m: &mut Measurement, own: Own, reading: &Reading) -> Vec<Question> {
     let mut questions = Vec::new();
@@ -70,6 +55,21 @@ pub fn settle(m: &mut Measurement, own: Own, reading: &Reading) -> Vec<Question>
     tare(m, &told, &mut questions);
     zero(m, &told, &mut questions);
     questions
+}
+
+/// Which of displacement and force are reversed.
+#[derive(Clone, Copy)]
+struct Flipped {
+    displacement: bool,
+    force: bool,
+}
+
+/// What is known of a file when its zeros are looked for.
+struct Told<'a> {
+    own: Own,
+    reading: &'a Reading,
+    flipped: Flipped,
+    onset: Option<Onset>,
 }
 
 /// Whether displacement and force are reversed.

@@ -13,10 +13,9 @@ const DEGREES: f64 = 7.0;
 /// A sample by importance weights, whatever their k-hat.
 pub fn sample(
     density: &mut dyn Density,
-    peak: Peak<'_>,
+    Peak { mode, covariance }: Peak<'_>,
     plan: &SamplePlan,
 ) -> Result<Sample, PosteriorError> {
-    let Peak { mode, covariance } = peak;
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
     let chi_squared = ChiSquared::new(DEGREES).map_err(|e| PosteriorError::Sampler(e.to_string()))?;
     let (n, root, centre) = (mode.len(), root(covariance)?, DVector::from_column_slice(mode));

@@ -120,10 +120,9 @@ impl CpuLogpFunc for Whitened<'_> {
 /// A sample by NUTS.
 pub fn sample(
     density: &mut dyn Density,
-    peak: Peak<'_>,
+    Peak { mode, covariance }: Peak<'_>,
     plan: &SamplePlan,
 ) -> Result<Sample, PosteriorError> {
-    let Peak { mode, covariance } = peak;
     let wrong = |e: &dyn std::fmt::Display| PosteriorError::Sampler(e.to_string());
     let to = Variables::new(density.bounds(), mode, covariance)?;
     let whitened = Whitened { density, to: to.clone() };
