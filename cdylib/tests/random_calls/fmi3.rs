@@ -236,27 +236,27 @@ fn not_offered(driver: &mut Driver, which: usize) {
     let one = driver.random.reference(references());
     let (n, real) = (driver.random.of(&[0, 1, 1, usize::MAX]), driver.random.real());
     let r: *const u32 = if driver.random.one_in(10) { null() } else { &one };
-    /// Calls one of them by chance.
+    /// Calls one of them by chance; those of a type without variables stand as pairs.
     macro_rules! one_of {
-        ($($function:ident($($argument:expr),*);)+) => {{
-            let calls: [&dyn Fn(&mut Driver) -> bool; _] = [$(&|d| call!(d, $function($($argument),*))),+];
+        (
+            $([$get:ident, $set:ident]($c:expr, $r:expr, $n:expr, $zero:literal);)+
+            $($function:ident($($argument:expr),*);)+
+        ) => {{
+            let calls: [&dyn Fn(&mut Driver) -> bool; _] = [
+                $(&|d| call!(d, $get($c, $r, $n, &mut $zero, 1)), &|d| call!(d, $set($c, $r, $n, &$zero, 1)),)+
+                $(&|d| call!(d, $function($($argument),*))),+
+            ];
             let call = driver.random.of(&calls);
             call(driver)
         }};
     }
     one_of! {
-        fmi3GetFloat32(c, r, n, &mut 0.0, 1);
-        fmi3SetFloat32(c, r, n, &0.0, 1);
-        fmi3GetInt8(c, r, n, &mut 0, 1);
-        fmi3SetInt8(c, r, n, &0, 1);
-        fmi3GetUInt8(c, r, n, &mut 0, 1);
-        fmi3SetUInt8(c, r, n, &0, 1);
-        fmi3GetInt16(c, r, n, &mut 0, 1);
-        fmi3SetInt16(c, r, n, &0, 1);
-        fmi3GetUInt16(c, r, n, &mut 0, 1);
-        fmi3SetUInt16(c, r, n, &0, 1);
-        fmi3GetUInt32(c, r, n, &mut 0, 1);
-        fmi3SetUInt32(c, r, n, &0, 1);
+        [fmi3GetFloat32, fmi3SetFloat32](c, r, n, 0.0);
+        [fmi3GetInt8, fmi3SetInt8](c, r, n, 0);
+        [fmi3GetUInt8, fmi3SetUInt8](c, r, n, 0);
+        [fmi3GetInt16, fmi3SetInt16](c, r, n, 0);
+        [fmi3GetUInt16, fmi3SetUInt16](c, r, n, 0);
+        [fmi3GetUInt32, fmi3SetUInt32](c, r, n, 0);
         fmi3GetBinary(c, r, n, &mut 0, &mut null(), 1);
         fmi3SetBinary(c, r, n, &0, &null(), 1);
         fmi3GetClock(c, r, n, &mut 0);

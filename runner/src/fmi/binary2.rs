@@ -22,26 +22,16 @@ pub struct Callbacks {
 type Get<T> = unsafe extern "C" fn(Component, *const u32, usize, *mut T) -> c_int;
 type Set<T> = unsafe extern "C" fn(Component, *const u32, usize, *const T) -> c_int;
 
-/// Of saving, restoring and freeing a state, its size in bytes, writing and reading it.
-const STATES: StateNames = [
-    "fmi2GetFMUstate",
-    "fmi2SetFMUstate",
-    "fmi2FreeFMUstate",
-    "fmi2SerializedFMUstateSize",
-    "fmi2SerializeFMUstate",
-    "fmi2DeSerializeFMUstate",
-];
-
 functions! { Binary2: STATES;
     instantiate: "fmi2Instantiate" as unsafe extern "C" fn(
         *const c_char, c_int, *const c_char, *const c_char, *const Callbacks, c_int, c_int) -> Component;
     free_instance: "fmi2FreeInstance" as unsafe extern "C" fn(Component);
-    setup_experiment: "fmi2SetupExperiment" as unsafe extern "C" fn(
-        Component, c_int, f64, f64, c_int, f64) -> c_int;
     enter_initialization: "fmi2EnterInitializationMode" as Plain;
     exit_initialization: "fmi2ExitInitializationMode" as Plain;
     terminate: "fmi2Terminate" as Plain;
     reset: "fmi2Reset" as Plain;
+    setup_experiment: "fmi2SetupExperiment" as unsafe extern "C" fn(
+        Component, c_int, f64, f64, c_int, f64) -> c_int;
     get_real: "fmi2GetReal" as Get<f64>;
     get_integer: "fmi2GetInteger" as Get<c_int>;
     get_boolean: "fmi2GetBoolean" as Get<c_int>;
@@ -54,6 +44,11 @@ functions! { Binary2: STATES;
     #[optional] set_input_derivatives: "fmi2SetRealInputDerivatives" as unsafe extern "C" fn(
         Component, *const u32, usize, *const c_int, *const f64) -> c_int;
 }
+
+const STATES: StateNames = StateNames {
+    handles: ["fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2FreeFMUstate"],
+    bytes: ["fmi2SerializedFMUstateSize", "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate"],
+};
 
 // Plain C memory for FMUs that want the master's. C's own calloc and free keep the size for us.
 unsafe extern "C" {

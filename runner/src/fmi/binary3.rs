@@ -14,16 +14,6 @@ pub type Get<T> = unsafe extern "C" fn(Component, *const u32, usize, *mut T, usi
 /// A set function.
 pub type Set<T> = unsafe extern "C" fn(Component, *const u32, usize, *const T, usize) -> c_int;
 
-/// Of saving, restoring and freeing a state, its size in bytes, writing and reading it.
-const STATES: StateNames = [
-    "fmi3GetFMUState",
-    "fmi3SetFMUState",
-    "fmi3FreeFMUState",
-    "fmi3SerializedFMUStateSize",
-    "fmi3SerializeFMUState",
-    "fmi3DeserializeFMUState",
-];
-
 functions! { Binary3: STATES;
     instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(
         *const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void,
@@ -62,3 +52,8 @@ functions! { Binary3: STATES;
     do_step: "fmi3DoStep" as unsafe extern "C" fn(
         Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> c_int;
 }
+
+const STATES: StateNames = StateNames {
+    handles: ["fmi3GetFMUState", "fmi3SetFMUState", "fmi3FreeFMUState"],
+    bytes: ["fmi3SerializedFMUStateSize", "fmi3SerializeFMUState", "fmi3DeserializeFMUState"],
+};

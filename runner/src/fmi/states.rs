@@ -16,8 +16,14 @@ pub struct FmuState(State);
 // SAFETY: an opaque handle, only used through its instance.
 unsafe impl Send for FmuState {}
 
-/// Names of the functions that save, restore and free a state, tell its size in bytes, write and read it.
-pub type StateNames = [&'static str; 6];
+/// Names of the functions for states.
+#[derive(Clone, Copy)]
+pub struct StateNames {
+    /// Of saving, restoring and freeing.
+    pub handles: [&'static str; 3],
+    /// Of the size in bytes, of writing and of reading.
+    pub bytes: [&'static str; 3],
+}
 
 /// Those functions, as far as the library has them.
 #[derive(Clone, Copy)]
@@ -42,7 +48,7 @@ impl StateFunctions {
             // SAFETY: the caller's promise.
             unsafe { library.get::<T>(name) }.ok().map(|symbol| *symbol)
         }
-        let [save, restore, free, size, write, read] = names;
+        let StateNames { handles: [save, restore, free], bytes: [size, write, read] } = names;
         // SAFETY: the caller's promise.
         unsafe {
             Self {
@@ -66,7 +72,7 @@ impl Core {
         let mut state = std::ptr::null_mut();
         // SAFETY: a live component of this library; NULL asks for a new state.
         let status = unsafe { save(self.component, &raw mut state) };
-        self.messages.check(self.states.names[0], status)?;
+        self.messages.check(self.states.names.handles[0], status)?;
         Ok(FmuState(state))
     }
 
@@ -75,7 +81,7 @@ impl Core {
         let restore = self.states.restore.ok_or(FmiError::NotSupported("restore its state"))?;
         // SAFETY: a live component of this library and a state it made.
         let status = unsafe { restore(self.component, state.0) };
-        self.messages.check(self.states.names[1], status)
+        self.messages.check(self.states.names.handles[1], status)
     }
 
     /// Frees a saved state.
@@ -83,7 +89,7 @@ impl Core {
         let free = self.states.free.ok_or(FmiError::NotSupported("free its state"))?;
         // SAFETY: a live component of this library and a state it made.
         let status = unsafe { free(self.component, &raw mut state.0) };
-        self.messages.check(self.states.names[2], status)
+        self.messages.check(self.states.names.handles[2], status)
     }
 
     /// A saved state as bytes.
@@ -95,11 +101,11 @@ impl Core {
         let mut size = 0;
         // SAFETY: a live component of this library and a state it made.
         let status = unsafe { size_of(self.component, state.0, &raw mut size) };
-        self.messages.check(self.states.names[3], status)?;
+        self.messages.check(self.states.names.bytes[0], status)?;
         let mut bytes = vec![0; size];
         // SAFETY: the buffer has the size the FMU asked for.
         let status = unsafe { write(self.component, state.0, bytes.as_mut_ptr(), size) };
-        self.messages.check(self.states.names[4], status)?;
+        self.messages.check(self.states.names.bytes[1], status)?;
         Ok(bytes)
     }
 
@@ -109,7 +115,7 @@ impl Core {
         let mut state = std::ptr::null_mut();
         // SAFETY: a live component of this library; the buffer has the stated length.
         let status = unsafe { read(self.component, bytes.as_ptr(), bytes.len(), &raw mut state) };
-        self.messages.check(self.states.names[5], status)?;
+        self.messages.check(self.states.names.bytes[2], status)?;
         Ok(FmuState(state))
     }
 }
