@@ -84,7 +84,8 @@ pub struct Core {
 unsafe impl Send for Core {}
 
 impl Core {
-    /// A component of a library, made by `instantiate` and freed by `free`; `resources` tells where the files are in the words of the version.
+    /// A component of a library, made by `instantiate` and freed by `free`; `resources` tells where the files are in the
+    /// words of the version.
     ///
     /// # Safety
     /// `states`, `free` and `instantiate` are of `library`.
@@ -124,7 +125,8 @@ impl Drop for Core {
     }
 }
 
-/// The messages behind an environment and the text of a message, where there is something to keep: events, whose status is 0, are no failures.
+/// The messages behind an environment and the text of a message, where there is something to keep: events, whose status
+/// is 0, are no failures.
 ///
 /// # Safety
 /// `environment` is NULL or the [`Messages`] of a living instance, `message` NULL or a C string.
