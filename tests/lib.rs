@@ -4,9 +4,7 @@ pub mod analytical;
 pub mod problem;
 
 use poropunch::motion::protocol::Protocol;
-use poropunch::parameters::{
-    BoundaryParameters, BranchParameters, GeometryParameters, MaterialParameters, OgdenParameters,
-};
+use poropunch::parameters::{BranchParameters, GeometryParameters, MaterialParameters, OgdenParameters};
 use poropunch::specimen::{Discretisation, Motion, Patience, State};
 use poropunch::{Instance, Model, Outputs, Parameters, Statistics, StepError};
 
@@ -79,18 +77,28 @@ pub fn step(
     step.expect("the step converges").state
 }
 
+/// A cylinder of this radius and height (m) under a platen, a little wider than the mesh that is made for it.
+fn under_a_platen(material: MaterialParameters, radius: f64, height: f64) -> Parameters {
+    let geometry =
+        GeometryParameters { punch_radius: radius, sample_radius: 1.1 * radius, sample_height: height };
+    Parameters { material, geometry, ..Default::default() }
+}
+
+/// The same in a smooth ring, drained at the bottom alone.
+pub fn confined_column(material: MaterialParameters, radius: f64, height: f64) -> Parameters {
+    let mut parameters = under_a_platen(material, radius, height);
+    let boundary = &mut parameters.boundary;
+    (boundary.drained_side, boundary.drained_top, boundary.confined_side) = (false, false, true);
+    parameters
+}
+
 /// A drained element between smooth plates of this radius and height (m): G = 200 Pa, a branch of 800 Pa and 0.5 s.
 pub fn drained_element(radius: f64, height: f64) -> Parameters {
-    let mut parameters = Parameters { material: poroelastic(200.0, 3000.0, 1e-6), ..Default::default() };
+    let mut parameters = under_a_platen(poroelastic(200.0, 3000.0, 1e-6), radius, height);
     parameters.material.branches = vec![branch(800.0, -5.0, 0.5)];
-    parameters.geometry =
-        GeometryParameters { punch_radius: radius, sample_radius: 1.1 * radius, sample_height: height };
-    parameters.boundary = BoundaryParameters {
-        bonded_punch: false,
-        bonded_bottom: false,
-        drained_punch: true,
-        ..Default::default()
-    };
+    parameters.boundary.bonded_punch = false;
+    parameters.boundary.bonded_bottom = false;
+    parameters.boundary.drained_punch = true;
     parameters.solver.newton_tolerance = 1e-13;
     parameters
 }

@@ -209,9 +209,9 @@ impl Problem {
             loads: &self.loads,
             scale: vec![1.0; x.len()],
             linear: &mut self.linear,
+            statistics: Statistics::default(),
         };
-        let mut statistics = Statistics::default();
-        newton::solve(&mut system, &mut self.work, x, 1e-12, &mut statistics).map(drop)
+        newton::solve(&mut system, &mut self.work, x, 1e-12).map(drop)
     }
 
     /// History at the end of a step.
@@ -242,6 +242,7 @@ struct Loaded<'a> {
     loads: &'a [f64],
     scale: Vec<f64>,
     linear: &'a mut LinearSolver,
+    statistics: Statistics,
 }
 
 impl System for Loaded<'_> {
@@ -270,18 +271,15 @@ impl System for Loaded<'_> {
         Ok(square.sqrt())
     }
 
-    fn correct(
-        &mut self,
-        values: &[f64],
-        correction: &mut [f64],
-        _: Aim,
-        statistics: &mut Statistics,
-    ) -> Result<(), Singular> {
-        statistics.factorisations += 1;
+    fn correct(&mut self, values: &[f64], correction: &mut [f64], _: Aim) -> Result<(), Singular> {
         self.linear.solve(values, correction)
     }
 
     fn scale(&self) -> &[f64] {
         &self.scale
+    }
+
+    fn statistics(&mut self) -> &mut Statistics {
+        &mut self.statistics
     }
 }

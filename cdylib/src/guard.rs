@@ -190,17 +190,9 @@ mod tests {
     use crate::fmi2::abi::CallbackFunctions;
     use crate::logger::Logger;
     use crate::phase::ANY;
-    use std::ptr::{null, null_mut};
 
     fn component() -> Component {
-        let callbacks = CallbackFunctions {
-            logger: None,
-            allocate_memory: null(),
-            free_memory: null(),
-            step_finished: null(),
-            component_environment: null_mut(),
-        };
-        Component::new(Logger::fmi2(callbacks, "test", false))
+        Component::new(Logger::fmi2(CallbackFunctions::SILENT, "test", false))
     }
 
     #[test]

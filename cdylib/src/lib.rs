@@ -11,6 +11,7 @@ mod component;
 pub mod fmi2;
 pub mod fmi3;
 mod guard;
+mod life;
 mod logger;
 mod phase;
 mod states;

@@ -93,7 +93,7 @@ mod tests {
     use super::*;
     use std::cell::RefCell;
     use std::ffi::{CStr, c_char, c_void};
-    use std::ptr::null;
+    use std::ptr::null_mut;
 
     /// As a master reads a message: `%%` and `##` are single characters, a lone one begins something else.
     fn read_by_master(message: &str) -> Option<String> {
@@ -125,22 +125,8 @@ mod tests {
 
     #[test]
     fn masters_read_what_was_said() {
-        // SAFETY: the variadic part is never used; x86-64 and aarch64 Linux pass the named arguments alike.
-        let logger = unsafe {
-            std::mem::transmute::<
-                unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char),
-                crate::fmi2::abi::Logger,
-            >(hear)
-        };
-        let callbacks = CallbackFunctions {
-            logger: Some(logger),
-            allocate_memory: null(),
-            free_memory: null(),
-            step_finished: null(),
-            component_environment: std::ptr::null_mut(),
-        };
         let said = "fields.path a#b%20/#r12#.pvd: 100 %";
-        Logger::fmi2(callbacks, "test", false).error(said);
+        Logger::fmi2(CallbackFunctions::hearing(hear, null_mut()), "test", false).error(said);
         let heard = HEARD.with_borrow_mut(Vec::pop).unwrap();
         assert_eq!(read_by_master(&heard).as_deref(), Some(said), "{heard}");
     }

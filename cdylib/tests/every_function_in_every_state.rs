@@ -21,17 +21,9 @@ enum State {
 use State::{Error, Initialization, Instantiated, StepComplete, Terminated};
 const ALL: [State; 5] = [Instantiated, Initialization, StepComplete, Error, Terminated];
 
-const SILENT: CallbackFunctions = CallbackFunctions {
-    logger: None,
-    allocate_memory: null(),
-    free_memory: null(),
-    step_finished: null(),
-    component_environment: null_mut(),
-};
-
 fn instantiate(name: &str, kind: c_int, guid: &str) -> *mut c_void {
     let (name, guid) = (CString::new(name).unwrap(), CString::new(guid).unwrap());
-    unsafe { fmi2Instantiate(name.as_ptr(), kind, guid.as_ptr(), null(), &SILENT, 0, 0) }
+    unsafe { fmi2Instantiate(name.as_ptr(), kind, guid.as_ptr(), null(), &CallbackFunctions::SILENT, 0, 0) }
 }
 
 fn fresh() -> *mut c_void {
@@ -296,8 +288,10 @@ fn instantiation_is_refused_for_wrong_guid_name_or_type() {
     assert!(instantiate("test", 0, guid()).is_null());
     let (name, id) = (CString::new("test").unwrap(), CString::new(guid()).unwrap());
     unsafe {
-        assert!(fmi2Instantiate(null(), 1, id.as_ptr(), null(), &SILENT, 0, 0).is_null());
-        assert!(fmi2Instantiate(name.as_ptr(), 1, null(), null(), &SILENT, 0, 0).is_null());
+        assert!(fmi2Instantiate(null(), 1, id.as_ptr(), null(), &CallbackFunctions::SILENT, 0, 0).is_null());
+        assert!(
+            fmi2Instantiate(name.as_ptr(), 1, null(), null(), &CallbackFunctions::SILENT, 0, 0).is_null()
+        );
         assert!(fmi2Instantiate(name.as_ptr(), 1, id.as_ptr(), null(), null(), 0, 0).is_null());
     }
 }

@@ -400,13 +400,7 @@ fn the_master_is_asked_and_told_within_steps() {
 fn states_pass_between_the_versions() {
     use poropunch_fmi::fmi2;
     let id = CString::new(poropunch::model_description::guid()).unwrap();
-    let silent = fmi2::abi::CallbackFunctions {
-        logger: None,
-        allocate_memory: null(),
-        free_memory: null(),
-        step_finished: null(),
-        component_environment: null_mut(),
-    };
+    let silent = fmi2::abi::CallbackFunctions::SILENT;
     for (at, expected) in [(Step, OK), (Event, ERROR)] {
         let c = fresh();
         unsafe {

@@ -34,20 +34,7 @@ unsafe extern "C" fn hear(
 impl Host {
     fn new() -> Self {
         let heard = Box::new(Mutex::new(Vec::new()));
-        // The variadic part is never used; x86-64 and aarch64 Linux pass the named arguments alike.
-        let logger = unsafe {
-            std::mem::transmute::<
-                unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char),
-                poropunch_fmi::fmi2::abi::Logger,
-            >(hear)
-        };
-        let callbacks = CallbackFunctions {
-            logger: Some(logger),
-            allocate_memory: null(),
-            free_memory: null(),
-            step_finished: null(),
-            component_environment: (&raw const *heard).cast_mut().cast(),
-        };
+        let callbacks = CallbackFunctions::hearing(hear, (&raw const *heard).cast_mut().cast());
         let id = CString::new(guid()).unwrap();
         let component =
             unsafe { fmi2Instantiate(c"test".as_ptr(), 1, id.as_ptr(), null(), &callbacks, 0, 1) };

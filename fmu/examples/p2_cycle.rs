@@ -33,13 +33,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         instance.set_displacement(depth * (time / ramp).min(1.0));
         instance.advance(time - instance.time())?;
         let o = instance.outputs();
-        println!(
-            "{time},{:.4},{:.4},{:.4},{:.4}",
-            o.displacement * 1e3,
-            o.force * 1e3,
-            o.force_fluid * 1e3,
-            o.force_traction * 1e3
-        );
+        let [depth, force, fluid, traction] =
+            [o.displacement, o.force, o.force_fluid, o.force_traction].map(|x| x * 1e3);
+        println!("{time},{depth:.4},{force:.4},{fluid:.4},{traction:.4}");
         Ok(())
     };
     for time in [0.1, 0.3, 0.5, ramp, ramp + 1.0, ramp + 10.0, ramp + 30.0, ramp + 90.0] {

@@ -177,7 +177,7 @@ impl Instance {
         let Some(path) = &mut state.path else { return Ok(Reached::End) };
         let retraction = StepError::Retraction { time: end, displacement: to };
         // Where the punch cannot leave the sample, it must not pull at it.
-        let bonded = !self.engine.discretisation().separates();
+        let bonded = !self.engine.discretisation().constants().separates;
         if bonded && to < 0.0 {
             return Err(retraction);
         }
@@ -197,7 +197,9 @@ impl Instance {
                 statistics,
             )?;
         }
-        if bonded && state.outputs.force_specimen < -TENSION * self.engine.discretisation().force_scale() {
+        if bonded
+            && state.outputs.force_specimen < -TENSION * self.engine.discretisation().constants().force_scale
+        {
             return Err(retraction);
         }
         Ok(reached)

@@ -1,9 +1,12 @@
 //! The acceptance list A to F for FMI 3.0 (B, the state machine, is `cdylib/tests/fmi3_in_every_state.rs`).
 
-use super::support::{archive, archive3, own_library, python, python3};
+use super::support::{
+    archive, archive3, check_bad_steps, check_lint, check_states, choose_coarse, initialise, load,
+    own_library, python, python3,
+};
 use poropunch::model_description::fmi3::{instantiation_token, xml};
 use runner::fmi::{Fmu, FmuInstance, Version};
-use runner::package::{documentation3, lint, lint_description, write_archive};
+use runner::package::{documentation3, lint, write_archive};
 use std::sync::OnceLock;
 use std::time::Instant;
 
@@ -19,26 +22,9 @@ fn reference(name: &str) -> u32 {
 /// A coarse instance that follows the inputs, ready to step.
 fn running() -> FmuInstance {
     let mut instance = fmu().instantiate("test").unwrap();
-    start(&mut instance);
+    choose_coarse(&mut instance);
+    initialise(&mut instance, None);
     instance
-}
-
-fn start(instance: &mut FmuInstance) {
-    instance.set_integer(&["mesh.preset", "protocol.source"].map(reference), &[1, 1]).unwrap();
-    instance.setup_experiment(0.0, None).unwrap();
-    instance.enter_initialization_mode().unwrap();
-    instance.exit_initialization_mode().unwrap();
-}
-
-/// Loads at 1 mm/s over `steps` steps of `size` (s) from `start`; force after each, as bits.
-fn load(instance: &mut FmuInstance, start: f64, size: f64, steps: usize) -> Vec<u64> {
-    let step = |n: usize| {
-        let time = start + n as f64 * size;
-        instance.set_real(&[reference("displacement")], &[1e-3 * (time + size)]).unwrap();
-        instance.do_step(time, size).unwrap();
-        instance.get_real(&[reference("force")]).unwrap()[0].to_bits()
-    };
-    (0..steps).map(step).collect()
 }
 
 fn number(arguments: &[&str]) -> f64 {
@@ -75,11 +61,7 @@ fn a_the_lint_finds_each_planted_problem() {
         (good.replacen("causality=\"independent\"", "causality=\"local\"", 1), "one independent variable"),
         (good.replacen(" tolerance=", " notTolerance=", 1), "DefaultExperiment: no tolerance"),
     ];
-    for (xml, expected) in planted {
-        assert_ne!(xml, good, "nothing planted for: {expected}");
-        let problems = lint_description(&xml).unwrap();
-        assert!(problems.iter().any(|p| p.contains(expected)), "not found: {expected}; found {problems:?}");
-    }
+    check_lint(&good, planted);
 }
 
 #[test]
@@ -122,18 +104,7 @@ fn a_both_descriptions_say_the_same() {
 
 #[test]
 fn c_bad_steps_are_errors_and_reset_helps() {
-    let expected = load(&mut running(), 0.0, 0.1, 3);
-    for (time, size) in
-        [(0.0, 0.0), (0.0, -0.1), (0.0, f64::NAN), (0.0, f64::INFINITY), (f64::NAN, 0.1), (1.0, 0.1)]
-    {
-        let mut instance = running();
-        let error = instance.do_step(time, size).unwrap_err().to_string();
-        assert!(error.contains("fmi3DoStep") && !error.contains("no reason"), "{error}");
-        instance.do_step(0.0, 0.1).expect_err("in state error until Reset");
-        instance.reset().unwrap();
-        start(&mut instance);
-        assert_eq!(load(&mut instance, 0.0, 0.1, 3), expected);
-    }
+    check_bad_steps(running, "fmi3DoStep");
 }
 
 #[test]
@@ -157,18 +128,7 @@ fn c_bad_values_are_refused_and_the_old_ones_stay() {
 #[test]
 fn d_states_repeat_bit_for_bit_and_corrupt_bytes_are_refused() {
     assert_eq!(python3(&["states", archive3().to_str().unwrap()]), "");
-    let mut instance = running();
-    load(&mut instance, 0.0, 0.1, 2);
-    let state = instance.get_state().unwrap();
-    let bytes = instance.serialize_state(&state).unwrap();
-    let first = load(&mut instance, 0.2, 5e-4, 1000);
-    instance.set_state(&state).unwrap();
-    assert_eq!(load(&mut instance, 0.2, 5e-4, 1000), first, "set_state");
-    let mut other = fmu().instantiate("other").unwrap();
-    let read = other.deserialize_state(&bytes).unwrap();
-    other.set_state(&read).unwrap();
-    assert_eq!(load(&mut other, 0.2, 5e-4, 1000), first, "deserialised");
-    instance.free_state(state).unwrap();
+    check_states(running(), fmu().instantiate("other").unwrap());
 }
 
 #[test]

@@ -1,22 +1,10 @@
 //! D. Saved states: bit-identical, valid in another process, corrupt bytes refused, no growth.
 
-use super::support::{archive, get, load, python, read_rows, resident_mb, running};
+use super::support::{archive, check_states, fmu, get, load, python, read_rows, resident_mb, running};
 
 #[test]
 fn going_back_repeats_a_thousand_steps_bit_for_bit() {
-    let mut instance = running();
-    load(&mut instance, 0.0, 0.1, 2);
-    let state = instance.get_state().unwrap();
-    let bytes = instance.serialize_state(&state).unwrap();
-    let first = load(&mut instance, 0.2, 5e-4, 1000);
-    instance.set_state(&state).unwrap();
-    assert_eq!(load(&mut instance, 0.2, 5e-4, 1000), first, "set_state");
-    // A fresh instance from bytes, its parameters among them.
-    let mut other = super::support::fmu().instantiate("other").unwrap();
-    let read = other.deserialize_state(&bytes).unwrap();
-    other.set_state(&read).unwrap();
-    assert_eq!(load(&mut other, 0.2, 5e-4, 1000), first, "deserialised");
-    instance.free_state(state).unwrap();
+    check_states(running(), fmu().instantiate("other").unwrap());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The packaged FMU, instances of it, and Python.
 
 use runner::fmi::{Fmu, FmuInstance, Version, builtin_library};
-use runner::package::{Binary, write_archive};
+use runner::package::{Binary, lint_description, write_archive};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -15,25 +15,20 @@ pub fn own_library() -> [Binary; 1] {
 /// The archive, packaged once per test run.
 pub fn archive() -> &'static Path {
     static ARCHIVE: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, path) = ARCHIVE.get_or_init(|| {
-        let folder = TempDir::new().unwrap();
-        let path = folder.path().join("poropunch.fmu");
-        write_archive(Version::Two, &path, &own_library()).unwrap();
-        (folder, path)
-    });
-    path
+    &ARCHIVE.get_or_init(|| package(Version::Two, "poropunch.fmu")).1
 }
 
 /// The archive of FMI 3.0.
 pub fn archive3() -> &'static Path {
     static ARCHIVE: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, path) = ARCHIVE.get_or_init(|| {
-        let folder = TempDir::new().unwrap();
-        let path = folder.path().join("poropunch-fmi3.fmu");
-        write_archive(Version::Three, &path, &own_library()).unwrap();
-        (folder, path)
-    });
-    path
+    &ARCHIVE.get_or_init(|| package(Version::Three, "poropunch-fmi3.fmu")).1
+}
+
+fn package(version: Version, name: &str) -> (TempDir, PathBuf) {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join(name);
+    write_archive(version, &path, &own_library()).unwrap();
+    (folder, path)
 }
 
 /// The packaged FMU, loaded once.
@@ -47,12 +42,19 @@ pub fn reference(name: &str) -> u32 {
     fmu().description().variable(name).unwrap().value_reference
 }
 
+/// Value reference of an instance of either version.
+fn own_reference(instance: &FmuInstance, name: &str) -> u32 {
+    instance.description().variable(name).unwrap().value_reference
+}
+
 pub fn set(instance: &mut FmuInstance, name: &str, value: f64) {
-    instance.set_real(&[reference(name)], &[value]).unwrap();
+    let reference = own_reference(instance, name);
+    instance.set_real(&[reference], &[value]).unwrap();
 }
 
 pub fn get(instance: &mut FmuInstance, name: &str) -> f64 {
-    instance.get_real(&[reference(name)]).unwrap()[0]
+    let reference = own_reference(instance, name);
+    instance.get_real(&[reference]).unwrap()[0]
 }
 
 /// A coarse instance that follows the inputs, still to be initialised.
@@ -63,7 +65,8 @@ pub fn coarse() -> FmuInstance {
 }
 
 pub fn choose_coarse(instance: &mut FmuInstance) {
-    instance.set_integer(&["mesh.preset", "protocol.source"].map(reference), &[1, 1]).unwrap();
+    let choices = ["mesh.preset", "protocol.source"].map(|name| own_reference(instance, name));
+    instance.set_integer(&choices, &[1, 1]).unwrap();
 }
 
 pub fn initialise(instance: &mut FmuInstance, stop_time: Option<f64>) {
@@ -97,6 +100,47 @@ pub fn load(instance: &mut FmuInstance, start: f64, size: f64, steps: usize) -> 
         forces.push(get(instance, "force").to_bits());
     }
     forces
+}
+
+/// Every step that makes no sense is an error that tells its reason, and a reset leads out of it.
+pub fn check_bad_steps(running: impl Fn() -> FmuInstance, function: &str) {
+    let expected = load(&mut running(), 0.0, 0.1, 3);
+    for (time, size) in
+        [(0.0, 0.0), (0.0, -0.1), (0.0, f64::NAN), (0.0, f64::INFINITY), (f64::NAN, 0.1), (1.0, 0.1)]
+    {
+        let mut instance = running();
+        let error = instance.do_step(time, size).unwrap_err().to_string();
+        assert!(error.contains(function) && !error.contains("no reason"), "{error}");
+        instance.do_step(0.0, 0.1).expect_err("in state error until Reset");
+        instance.reset().unwrap();
+        choose_coarse(&mut instance);
+        initialise(&mut instance, None);
+        assert_eq!(load(&mut instance, 0.0, 0.1, 3), expected);
+    }
+}
+
+/// A thousand steps repeat bit for bit from a saved state, and in a fresh instance from its bytes.
+pub fn check_states(mut instance: FmuInstance, mut fresh: FmuInstance) {
+    load(&mut instance, 0.0, 0.1, 2);
+    let state = instance.get_state().unwrap();
+    let bytes = instance.serialize_state(&state).unwrap();
+    let first = load(&mut instance, 0.2, 5e-4, 1000);
+    instance.set_state(&state).unwrap();
+    assert_eq!(load(&mut instance, 0.2, 5e-4, 1000), first, "set_state");
+    // The parameters are among the bytes.
+    let read = fresh.deserialize_state(&bytes).unwrap();
+    fresh.set_state(&read).unwrap();
+    assert_eq!(load(&mut fresh, 0.2, 5e-4, 1000), first, "deserialised");
+    instance.free_state(state).unwrap();
+}
+
+/// The lint finds every planted problem: descriptions, all made from `good`, with a part of what it shall say.
+pub fn check_lint(good: &str, planted: impl IntoIterator<Item = (String, &'static str)>) {
+    for (xml, expected) in planted {
+        assert_ne!(xml, good, "nothing planted for: {expected}");
+        let problems = lint_description(&xml).unwrap();
+        assert!(problems.iter().any(|p| p.contains(expected)), "not found: {expected}; found {problems:?}");
+    }
 }
 
 /// Resident memory of this process [MB].

@@ -1,9 +1,8 @@
 //! Terzaghi's one-dimensional consolidation: a confined, laterally fixed column drained at its bottom.
 
 use poropunch::Outputs;
-use poropunch::Parameters;
 use poropunch::mesh::Mesh;
-use poropunch::parameters::{BoundaryParameters, GeometryParameters, TimeScheme};
+use poropunch::parameters::TimeScheme;
 use poropunch::specimen::{Discretisation, Sample, State, Stepper};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -28,15 +27,7 @@ fn area() -> f64 {
 
 /// A column of `layers` elements, confined, drained at the bottom only.
 fn column(layers: usize, scheme: TimeScheme) -> Stepper {
-    let mut parameters = Parameters { material: poroelastic(SHEAR, BULK, MOBILITY), ..Default::default() };
-    parameters.geometry =
-        GeometryParameters { punch_radius: RADIUS, sample_radius: 1.1 * RADIUS, sample_height: HEIGHT };
-    parameters.boundary = BoundaryParameters {
-        drained_side: false,
-        drained_top: false,
-        confined_side: true,
-        ..Default::default()
-    };
+    let mut parameters = tests::confined_column(poroelastic(SHEAR, BULK, MOBILITY), RADIUS, HEIGHT);
     parameters.solver.time_scheme = scheme;
     parameters.solver.newton_tolerance = 1e-13;
     let heights: Vec<f64> = (0..=layers).map(|k| HEIGHT * k as f64 / layers as f64).collect();

@@ -12,10 +12,10 @@ use poropunch::contact::surface::Touch;
 use poropunch::law::{MaterialParameter, Spring};
 use poropunch::motion::path::Path;
 use poropunch::motion::protocol::Trapezoid;
-use poropunch::parameters::{MeshPreset, TimeScheme};
+use poropunch::parameters::MeshPreset;
 use poropunch::solver::newton::NewtonFailure;
-use poropunch::specimen::step::{Found, Start, Task};
-use poropunch::specimen::{Discretisation, Lengths, Motion, Patience, Sample, State, Step, Stepper};
+use poropunch::specimen::step::{Found, Task};
+use poropunch::specimen::{Constants, Discretisation, Motion, Patience, Sample, State, Step, Stepper};
 use poropunch::{ForceSensitivity, Instance, Model, Parameters, Statistics};
 
 /// One step of a path, with everything that is needed to make it again.
@@ -44,32 +44,14 @@ impl Discretisation for Recorder {
     fn undeformed(&self, time: f64) -> State {
         self.stepper.undeformed(time)
     }
-    fn lengths(&self) -> &Lengths {
-        self.stepper.lengths()
-    }
-    fn force_scale(&self) -> f64 {
-        self.stepper.force_scale()
-    }
-    fn separates(&self) -> bool {
-        self.stepper.separates()
-    }
-    fn scheme(&self) -> TimeScheme {
-        self.stepper.scheme()
-    }
-    fn compliance(&self) -> f64 {
-        self.stepper.compliance()
+    fn constants(&self) -> &Constants {
+        self.stepper.constants()
     }
     fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
         self.stepper.touch(contact, x)
     }
-    fn solve(
-        &mut self,
-        start: &Start<'_>,
-        guess: &[f64],
-        task: &Task<'_>,
-        statistics: &mut Statistics,
-    ) -> Result<Found, NewtonFailure> {
-        self.stepper.solve(start, guess, task, statistics)
+    fn solve(&mut self, task: &Task<'_>, statistics: &mut Statistics) -> Result<Found, NewtonFailure> {
+        self.stepper.solve(task, statistics)
     }
     fn step(
         &mut self,

@@ -1,9 +1,10 @@
 //! The three-dimensional quarter: patch test, and its force against the axisymmetric model's.
 
+use poropunch::element::Stage;
 use poropunch::mesh::Mesh;
 use poropunch::motion::path::Path;
 use poropunch::parameters::MeshKind;
-use poropunch::solid3d::assembly::{assemble, undeformed};
+use poropunch::solid3d::assembly::undeformed;
 use poropunch::solid3d::forest::{COARSE, Refinement};
 use poropunch::solid3d::point::SolidMaterial;
 use poropunch::solid3d::sample::SolidSample;
@@ -39,7 +40,8 @@ fn imbalance(f: [[f64; 3]; 3]) -> (f64, f64) {
     old.jacobian.fill(poropunch::solid3d::point::determinant(&f));
     let mut residual = vec![0.0; x.len()];
     let mut values = vec![0.0; sample.map.pattern.rows.len()];
-    assemble(&sample.geometry, &sample.map, &material, &x, &old, 0.02, &mut residual, &mut values).unwrap();
+    let stage = Stage { x: &x, old: &old, dt: 0.02 };
+    sample.body(&material).assemble(stage, &mut residual, &mut values).unwrap();
     let largest = residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
     let (mut force, mut volume) = (0.0_f64, 0.0_f64);
     for node in nodes {

@@ -6,6 +6,7 @@
 use super::abi::{Boolean, CO_SIMULATION, CallbackFunctions, ValueReference};
 use crate::component::Component;
 use crate::guard::{self, Status, call, slice, text, texts, write_each};
+use crate::life::life_functions;
 use crate::logger::Logger;
 use crate::phase::{ANY, GETTABLE, INITIALIZATION, INSTANTIATED, SETTABLE, STEP_COMPLETE};
 use crate::states::{self, FmuState, state_functions};
@@ -24,22 +25,6 @@ pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetVersion() -> *const c_char {
     c"2.0".as_ptr()
-}
-
-/// Switches log categories on or off.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetDebugLogging(
-    component: *mut c_void,
-    logging_on: Boolean,
-    n: usize,
-    categories: *const *const c_char,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2SetDebugLogging", ANY, |c| {
-            c.logger.select(logging_on != 0, &texts(categories, n, "log category")?)
-        })
-    }
 }
 
 /// A new instance, or NULL with the reason logged. `resource_location` is not needed.
@@ -77,30 +62,12 @@ pub unsafe extern "C" fn fmi2Instantiate(
     }
 }
 
-/// Frees an instance and all states it still holds; NULL is ignored.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeInstance(component: *mut c_void) {
-    // SAFETY: see the top of this file; the pointer was made by fmi2Instantiate.
-    unsafe { guard::free(component) };
-}
-
-/// Start and stop time. The tolerance is not used, as is logged: `solver.tolerance` is a parameter.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetupExperiment(
-    component: *mut c_void,
-    tolerance_defined: Boolean,
-    tolerance: f64,
-    start_time: f64,
-    stop_time_defined: Boolean,
-    stop_time: f64,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2SetupExperiment", INSTANTIATED, |c| {
-            let tolerance = (tolerance_defined != 0).then_some(tolerance);
-            c.set_experiment(tolerance, start_time, (stop_time_defined != 0).then_some(stop_time))
-        })
-    }
+life_functions! {
+    fmi2SetDebugLogging,
+    fmi2FreeInstance,
+    /// Start and stop time. The tolerance is not used, as is logged: `solver.tolerance` is a parameter.
+    fmi2SetupExperiment,
+    |_| Ok(())
 }
 
 /// Parameters and inputs may still be set until the end of the initialisation.

@@ -7,6 +7,7 @@ use super::Modes;
 use super::abi::{Boolean, IntermediateUpdate, LogMessage, ValueReference};
 use crate::component::Component;
 use crate::guard::{self, Status, call, slice, text, texts};
+use crate::life::life_functions;
 use crate::logger::Logger;
 use crate::phase::{ANY, CONFIGURATION, EVENT, INITIALIZATION, INSTANTIATED, Phase, RUNNING, STEP_COMPLETE};
 use crate::states::{self, FmuState, state_functions};
@@ -19,22 +20,6 @@ use std::panic::catch_unwind;
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
-}
-
-/// Switches log categories on or off.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetDebugLogging(
-    instance: *mut c_void,
-    logging_on: Boolean,
-    n: usize,
-    categories: *const *const c_char,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(instance, "fmi3SetDebugLogging", ANY, |c| {
-            c.logger.select(logging_on != 0, &texts(categories, n, "log category")?)
-        })
-    }
 }
 
 /// A new instance, or NULL with the reason logged. `resource_path` is not needed.
@@ -94,63 +79,38 @@ fn refuse(log: Option<LogMessage>, environment: *mut c_void, kind: &str) -> *mut
     std::ptr::null_mut()
 }
 
-/// Not offered: NULL.
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi3InstantiateModelExchange(
-    _instance_name: *const c_char,
-    _token: *const c_char,
-    _resource_path: *const c_char,
-    _visible: Boolean,
-    _logging_on: Boolean,
-    environment: *mut c_void,
-    log: Option<LogMessage>,
-) -> *mut c_void {
-    refuse(log, environment, "model exchange")
+/// Defines instantiations that answer NULL and log why.
+macro_rules! refused {
+    ($($name:ident, $kind:literal, ($($more:ty),*);)+) => {
+        $(/// Not offered: NULL.
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name(
+            _instance_name: *const c_char,
+            _token: *const c_char,
+            _resource_path: *const c_char,
+            _visible: Boolean,
+            _logging_on: Boolean,
+            environment: *mut c_void,
+            log: Option<LogMessage>,
+            $(_: $more),*
+        ) -> *mut c_void {
+            refuse(log, environment, $kind)
+        })+
+    };
 }
 
-/// Not offered: NULL.
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi3InstantiateScheduledExecution(
-    _instance_name: *const c_char,
-    _token: *const c_char,
-    _resource_path: *const c_char,
-    _visible: Boolean,
-    _logging_on: Boolean,
-    environment: *mut c_void,
-    log: Option<LogMessage>,
-    _clock_update: *const c_void,
-    _lock_preemption: *const c_void,
-    _unlock_preemption: *const c_void,
-) -> *mut c_void {
-    refuse(log, environment, "scheduled execution")
+refused! {
+    fmi3InstantiateModelExchange, "model exchange", ();
+    fmi3InstantiateScheduledExecution, "scheduled execution", (*const c_void, *const c_void, *const c_void);
 }
 
-/// Frees an instance and all states it still holds; NULL is ignored.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeInstance(instance: *mut c_void) {
-    // SAFETY: see the top of this file; the pointer was made by fmi3InstantiateCoSimulation.
-    unsafe { guard::free(instance) };
-}
-
-/// Start and stop time; the tolerance is not used. Parameters and inputs may still be set until the end of the
-/// initialisation.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterInitializationMode(
-    instance: *mut c_void,
-    tolerance_defined: Boolean,
-    tolerance: f64,
-    start_time: f64,
-    stop_time_defined: Boolean,
-    stop_time: f64,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(instance, "fmi3EnterInitializationMode", INSTANTIATED, |c| {
-            let tolerance = (tolerance_defined != 0).then_some(tolerance);
-            c.set_experiment(tolerance, start_time, (stop_time_defined != 0).then_some(stop_time))?;
-            c.begin_initialisation()
-        })
-    }
+life_functions! {
+    fmi3SetDebugLogging,
+    fmi3FreeInstance,
+    /// Start and stop time; the tolerance is not used. Parameters and inputs may still be set until the end of the
+    /// initialisation.
+    fmi3EnterInitializationMode,
+    Component::begin_initialisation
 }
 
 /// Defines functions that only move an instance from one phase to another.

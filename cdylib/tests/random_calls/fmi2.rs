@@ -9,19 +9,18 @@ use poropunch_fmi::fmi2::*;
 use std::ffi::{CString, c_void};
 use std::ptr::{null, null_mut};
 
-pub static VERSION: Version = Version { instantiate, free, get, set, step, state, other, reset, begin };
+states! {
+    fmi2Reset, read_time, fmi2GetFMUstate, fmi2SetFMUstate, fmi2FreeFMUstate, fmi2SerializedFMUstateSize, fmi2SerializeFMUstate,
+    fmi2DeSerializeFMUstate
+}
 
-const SILENT: CallbackFunctions = CallbackFunctions {
-    logger: None,
-    allocate_memory: null(),
-    free_memory: null(),
-    step_finished: null(),
-    component_environment: null_mut(),
-};
+pub static VERSION: Version = Version { instantiate, free, get, set, step, state, other, reset, begin };
 
 fn instantiate(driver: &mut Driver) -> Slave {
     let id = CString::new(guid()).unwrap();
-    let component = unsafe { fmi2Instantiate(c"random".as_ptr(), 1, id.as_ptr(), null(), &SILENT, 0, 0) };
+    let component = unsafe {
+        fmi2Instantiate(c"random".as_ptr(), 1, id.as_ptr(), null(), &CallbackFunctions::SILENT, 0, 0)
+    };
     assert!(!component.is_null() && !fmi2GetVersion().is_null() && !fmi2GetTypesPlatform().is_null());
     driver.called.extend(["fmi2Instantiate", "fmi2GetVersion", "fmi2GetTypesPlatform"]);
     Slave { version: &VERSION, component, time: 0.0, master: null_mut() }
@@ -30,11 +29,6 @@ fn instantiate(driver: &mut Driver) -> Slave {
 fn free(driver: &mut Driver, slave: &Slave) {
     unsafe { fmi2FreeInstance(slave.component) };
     driver.noted("fmi2FreeInstance", 0);
-}
-
-states! {
-    fmi2GetFMUstate, fmi2SetFMUstate, fmi2FreeFMUstate, fmi2SerializedFMUstateSize, fmi2SerializeFMUstate,
-    fmi2DeSerializeFMUstate
 }
 
 fn read_time(driver: &mut Driver, which: usize) {
@@ -113,11 +107,6 @@ fn other(driver: &mut Driver, which: usize) {
         12 => call!(driver, fmi2GetReal(null_mut(), &reference, 1, &mut 0.0)),
         _ => call!(driver, fmi2DoStep(c, 0.0, 1e-3, 0)),
     };
-}
-
-fn reset(driver: &mut Driver, which: usize) {
-    assert!(call!(driver, fmi2Reset(driver.slaves[which].component)));
-    driver.slaves[which].time = 0.0;
 }
 
 fn begin(driver: &mut Driver, which: usize) {

@@ -10,6 +10,11 @@ use poropunch_fmi::fmi3::*;
 use std::ffi::{CString, c_void};
 use std::ptr::{null, null_mut};
 
+states! {
+    fmi3Reset, read_time, fmi3GetFMUState, fmi3SetFMUState, fmi3FreeFMUState, fmi3SerializedFMUStateSize, fmi3SerializeFMUState,
+    fmi3DeserializeFMUState
+}
+
 pub static VERSION: Version = Version { instantiate, free, get, set, step, state, other, reset, begin };
 
 /// Room for the values of a call: three matrices of sensitivities and histories.
@@ -107,11 +112,6 @@ fn free(driver: &mut Driver, slave: &Slave) {
         drop(Box::from_raw(slave.master.cast::<Master>()));
     }
     driver.noted("fmi3FreeInstance", 0);
-}
-
-states! {
-    fmi3GetFMUState, fmi3SetFMUState, fmi3FreeFMUState, fmi3SerializedFMUStateSize, fmi3SerializeFMUState,
-    fmi3DeserializeFMUState
 }
 
 fn read_time(driver: &mut Driver, which: usize) {
@@ -236,27 +236,27 @@ fn not_offered(driver: &mut Driver, which: usize) {
     let one = driver.random.reference(references());
     let (n, real) = (driver.random.of(&[0, 1, 1, usize::MAX]), driver.random.real());
     let r: *const u32 = if driver.random.one_in(10) { null() } else { &one };
-    /// Calls one of them by chance.
+    /// Calls one of them by chance; those of a type without variables stand as pairs.
     macro_rules! one_of {
-        ($($function:ident($($argument:expr),*);)+) => {{
-            let calls: [&dyn Fn(&mut Driver) -> bool; _] = [$(&|d| call!(d, $function($($argument),*))),+];
+        (
+            $([$get:ident, $set:ident]($c:expr, $r:expr, $n:expr, $zero:literal);)+
+            $($function:ident($($argument:expr),*);)+
+        ) => {{
+            let calls: [&dyn Fn(&mut Driver) -> bool; _] = [
+                $(&|d| call!(d, $get($c, $r, $n, &mut $zero, 1)), &|d| call!(d, $set($c, $r, $n, &$zero, 1)),)+
+                $(&|d| call!(d, $function($($argument),*))),+
+            ];
             let call = driver.random.of(&calls);
             call(driver)
         }};
     }
     one_of! {
-        fmi3GetFloat32(c, r, n, &mut 0.0, 1);
-        fmi3SetFloat32(c, r, n, &0.0, 1);
-        fmi3GetInt8(c, r, n, &mut 0, 1);
-        fmi3SetInt8(c, r, n, &0, 1);
-        fmi3GetUInt8(c, r, n, &mut 0, 1);
-        fmi3SetUInt8(c, r, n, &0, 1);
-        fmi3GetInt16(c, r, n, &mut 0, 1);
-        fmi3SetInt16(c, r, n, &0, 1);
-        fmi3GetUInt16(c, r, n, &mut 0, 1);
-        fmi3SetUInt16(c, r, n, &0, 1);
-        fmi3GetUInt32(c, r, n, &mut 0, 1);
-        fmi3SetUInt32(c, r, n, &0, 1);
+        [fmi3GetFloat32, fmi3SetFloat32](c, r, n, 0.0);
+        [fmi3GetInt8, fmi3SetInt8](c, r, n, 0);
+        [fmi3GetUInt8, fmi3SetUInt8](c, r, n, 0);
+        [fmi3GetInt16, fmi3SetInt16](c, r, n, 0);
+        [fmi3GetUInt16, fmi3SetUInt16](c, r, n, 0);
+        [fmi3GetUInt32, fmi3SetUInt32](c, r, n, 0);
         fmi3GetBinary(c, r, n, &mut 0, &mut null(), 1);
         fmi3SetBinary(c, r, n, &0, &null(), 1);
         fmi3GetClock(c, r, n, &mut 0);
@@ -286,11 +286,6 @@ fn not_offered(driver: &mut Driver, which: usize) {
         fmi3GetNumberOfContinuousStates(c, &mut 0);
         fmi3ActivateModelPartition(c, one, real);
     };
-}
-
-fn reset(driver: &mut Driver, which: usize) {
-    assert!(call!(driver, fmi3Reset(driver.slaves[which].component)));
-    driver.slaves[which].time = 0.0;
 }
 
 fn begin(driver: &mut Driver, which: usize) {

@@ -1,8 +1,16 @@
-//! States, whose functions have other names in the two versions and the same arguments.
+//! States and resets, whose functions have other names in the two versions and the same arguments.
 
-/// Defines `state`, which does something by chance with a state.
+/// Defines `state`, which does something by chance with a state, and `reset`; `$read_time` follows a restored state.
 macro_rules! states {
-    ($get:ident, $set:ident, $free:ident, $size:ident, $serialise:ident, $deserialise:ident) => {
+    (
+        $reset:ident, $read_time:ident, $get:ident, $set:ident, $free:ident, $size:ident, $serialise:ident,
+        $deserialise:ident
+    ) => {
+        fn reset(driver: &mut Driver, which: usize) {
+            assert!(call!(driver, $reset(driver.slaves[which].component)));
+            driver.slaves[which].time = 0.0;
+        }
+
         fn state(driver: &mut Driver, which: usize) {
             let c = driver.slaves[which].component;
             let chosen = driver.random.below(driver.states.len());
@@ -28,7 +36,7 @@ macro_rules! states {
                 2 => {
                     if call!(driver, $set(c, state)) {
                         driver.count.restored += 1;
-                        read_time(driver, which);
+                        $read_time(driver, which);
                     }
                 }
                 3 => {
@@ -49,7 +57,7 @@ macro_rules! states {
                     if call!(driver, $deserialise(c, bytes.as_ptr(), n, &mut new)) {
                         if call!(driver, $set(c, new)) {
                             driver.count.forged_restored += usize::from(forged);
-                            read_time(driver, which);
+                            $read_time(driver, which);
                         }
                         assert!(call!(driver, $free(c, &mut new)));
                     }

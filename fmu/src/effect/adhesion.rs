@@ -1,41 +1,17 @@
 //! Adhesion on retraction: the law is [`crate::contact::adhesion`].
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::{METRE, PASCAL};
-use serde::{Deserialize, Serialize};
 
-/// Strength and reach of the bond.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Parameters {
-    /// s (Pa).
-    pub strength: f64,
-    /// d (m); of no effect while the strength is 0.
-    pub opening: f64,
+parameters! {
+    /// Strength and reach of the bond.
+    adhesion:
+    /// Traction that holds the touched surface on the retracting punch; 0: none
+    strength: real(PASCAL, (0.0, 1e6)) = 0.0;
+    /// Gap at which that traction breaks; of no effect without effect.adhesion.strength
+    opening: real(METRE, (1e-8, 1.0)) = 1e-4;
 }
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self { strength: 0.0, opening: 1e-4 }
-    }
-}
-
-pub(super) const PARAMETERS: &[Parameter] = &[
-    real!(
-        "effect.adhesion.strength",
-        "Traction that holds the touched surface on the retracting punch; 0: none",
-        &PASCAL,
-        (0.0, 1e6),
-        adhesion.strength,
-    ),
-    real!(
-        "effect.adhesion.opening",
-        "Gap at which that traction breaks; of no effect without effect.adhesion.strength",
-        &METRE,
-        (1e-8, 1.0),
-        adhesion.opening,
-    ),
-];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -4,24 +4,15 @@
 //! pressures are then those of the plain specimen times `a` at the same displacements, and so is the force.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::ONE;
-use serde::{Deserialize, Serialize};
 
-/// Size of the response.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// Logarithm of the factor on the force [-].
-    pub log_factor: f64,
+parameters! {
+    /// Size of the response.
+    amplitude:
+    /// Logarithm of the factor on the specimen's force: all moduli and viscosities times it, K0 through it
+    log_factor: real(ONE, (-5.0, 5.0)) = 0.0;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[real!(
-    "effect.amplitude.log_factor",
-    "Logarithm of the factor on the specimen's force: all moduli and viscosities times it, K0 through it",
-    &ONE,
-    (-5.0, 5.0),
-    amplitude.log_factor,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -4,24 +4,15 @@
 //! solved with the unknowns of every stage: see [`crate::machine`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::METRE_PER_NEWTON;
-use serde::{Deserialize, Serialize};
 
-/// Compliance of everything between displacement sensor and sample.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// C (m/N).
-    pub per_newton: f64,
+parameters! {
+    /// Compliance of everything between displacement sensor and sample.
+    compliance:
+    /// Compliance C of the machine: the punch is at displacement - C force
+    per_newton: real(METRE_PER_NEWTON, (0.0, 1e3)) = 0.0;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[real!(
-    "effect.compliance.per_newton",
-    "Compliance C of the machine: the punch is at displacement - C force",
-    &METRE_PER_NEWTON,
-    (0.0, 1e3),
-    compliance.per_newton,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -1,21 +1,14 @@
 //! Discretisation: errors of mesh and time steps, and the traction integral as the force that is read out.
 
 use super::descriptor::{Effect, Place, geometric, one_sided, switch, two_sided};
-use super::parameter::{Parameter, flag};
-use serde::{Deserialize, Serialize};
+use super::parameter::parameters;
 
-/// What is read out.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// The force is the surface integral of the traction instead of the nodal reaction.
-    pub traction: bool,
+parameters! {
+    /// What is read out.
+    discretisation:
+    /// The force that is read is the surface integral of the traction, as the paper reports it
+    traction: flag = false;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[flag!(
-    "effect.discretisation.traction",
-    "The force that is read is the surface integral of the traction, as the paper reports it",
-    discretisation.traction,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -1,11 +1,6 @@
 //! Drainage of bottom and side: whether the fluid can leave there.
 
 use super::descriptor::{Effect, Place, one_sided, switch};
-use super::parameter::Parameter;
-
-pub use super::NoParameters as Parameters;
-
-pub(super) const PARAMETERS: &[Parameter] = &[];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -1,11 +1,6 @@
 //! Drained punch face: a porous or rough punch lets fluid out.
 
 use super::descriptor::{Effect, Place, one_sided, switch};
-use super::parameter::Parameter;
-
-pub use super::NoParameters as Parameters;
-
-pub(super) const PARAMETERS: &[Parameter] = &[];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -1,24 +1,15 @@
 //! Nonlinear (Eyring) viscosity: the law is [`crate::law::eyring`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::PER_PASCAL;
-use serde::{Deserialize, Serialize};
 
-/// The stress that drives the flow out of proportion.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// `1 / tau_0` (1/Pa), of all branches.
-    pub inverse_stress: f64,
+parameters! {
+    /// The stress that drives the flow out of proportion.
+    eyring:
+    /// 1/tau_0 of the branches' flow, shear rate (tau_0/eta) sinh(stress/tau_0); 0: linear dashpots
+    inverse_stress: real(PER_PASCAL, (0.0, 10.0)) = 0.0;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[real!(
-    "effect.eyring.inverse_stress",
-    "1/tau_0 of the branches' flow, shear rate (tau_0/eta) sinh(stress/tau_0); 0: linear dashpots",
-    &PER_PASCAL,
-    (0.0, 10.0),
-    eyring.inverse_stress,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

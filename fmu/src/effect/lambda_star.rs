@@ -1,11 +1,6 @@
 //! Compressible skeleton: a drained volumetric stiffness that seepage can reach.
 
 use super::descriptor::{Effect, Place, geometric, one_sided};
-use super::parameter::Parameter;
-
-pub use super::NoParameters as Parameters;
-
-pub(super) const PARAMETERS: &[Parameter] = &[];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

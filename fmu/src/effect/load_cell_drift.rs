@@ -1,24 +1,15 @@
 //! Load-cell drift: the zero of the electronics moves with time.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::NEWTON_PER_SECOND;
-use serde::{Deserialize, Serialize};
 
-/// Rate of the drift.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// Rate (N/s).
-    pub rate: f64,
+parameters! {
+    /// Rate of the drift.
+    load_cell_drift:
+    /// Rate at which the load cell's zero drifts, from the test's start, with and without contact
+    rate: real(NEWTON_PER_SECOND, (-1.0, 1.0)) = 0.0;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[real!(
-    "effect.load_cell_drift.rate",
-    "Rate at which the load cell's zero drifts, from the test's start, with and without contact",
-    &NEWTON_PER_SECOND,
-    (-1.0, 1.0),
-    load_cell_drift.rate,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

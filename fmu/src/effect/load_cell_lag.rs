@@ -1,24 +1,15 @@
 //! Load-cell lag: the law is `crate::sensor::lag`.
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::SECOND;
-use serde::{Deserialize, Serialize};
 
-/// Time constant of the filter.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// T (s).
-    pub time: f64,
+parameters! {
+    /// Time constant of the filter.
+    load_cell_lag:
+    /// Time constant T of the load cell: its reading y follows the force with T dy/dt = force - y
+    time: real(SECOND, (0.0, 1e4)) = 0.0;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[real!(
-    "effect.load_cell_lag.time",
-    "Time constant T of the load cell: its reading y follows the force with T dy/dt = force - y",
-    &SECOND,
-    (0.0, 1e4),
-    load_cell_lag.time,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

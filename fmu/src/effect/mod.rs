@@ -20,35 +20,39 @@ pub struct NoParameters;
 
 /// Modules, parameters, catalogue and variables of all effects, from the list of their names.
 macro_rules! effects {
-    ($($name:ident),+ $(,)?) => {
+    (@type $name:ident) => { $name::Parameters };
+    (@type $name:ident $none:ident) => { $none };
+    (@rows $name:ident) => { $name::PARAMETERS };
+    (@rows $name:ident $none:ident) => { &[] };
+    ($($name:ident $(: $none:ident)?),+ $(,)?) => {
         $(pub mod $name;)+
 
         /// Parameters of all effects; the default is no effect at all.
         #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
         pub struct EffectParameters {
-            $(#[doc = concat!("Of [`", stringify!($name), "`].")] pub $name: $name::Parameters,)+
+            $(#[doc = concat!("Of [`", stringify!($name), "`].")] pub $name: effects!(@type $name $($none)?),)+
         }
 
         /// All effects.
         pub const CATALOGUE: &[&Effect] = &[$(&$name::EFFECT),+];
 
         /// Their parameters, effect by effect.
-        pub const PARAMETERS: &[&[Parameter]] = &[$($name::PARAMETERS),+];
+        pub const PARAMETERS: &[&[Parameter]] = &[$(effects!(@rows $name $($none)?)),+];
     };
 }
 
 effects!(
-    third_branch,
+    third_branch: NoParameters,
     eyring,
     permeability,
-    lambda_star,
+    lambda_star: NoParameters,
     softening,
     modulus_drift,
     amplitude,
     slip,
-    drained_punch,
-    drainage,
-    specimen_size,
+    drained_punch: NoParameters,
+    drainage: NoParameters,
+    specimen_size: NoParameters,
     adhesion,
     offset,
     compliance,

@@ -4,24 +4,15 @@
 //! The change of the moduli under stress does work of its own, which no output reports.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::PER_SECOND;
-use serde::{Deserialize, Serialize};
 
-/// Growth of the moduli.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// Relative rate of growth (1/s); negative swells.
-    pub rate: f64,
+parameters! {
+    /// Growth of the moduli.
+    modulus_drift:
+    /// Rate at which all moduli and viscosities grow, exp(rate time), time since the test's start
+    rate: real(PER_SECOND, (-1.0, 1.0)) = 0.0;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[real!(
-    "effect.modulus_drift.rate",
-    "Rate at which all moduli and viscosities grow, exp(rate time), time since the test's start",
-    &PER_SECOND,
-    (-1.0, 1.0),
-    modulus_drift.rate,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

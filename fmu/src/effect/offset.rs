@@ -1,24 +1,15 @@
 //! Contact-point offset: the true surface lies above or below the nominal zero.
 
 use super::descriptor::{Effect, Place, linear, two_sided};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::METRE;
-use serde::{Deserialize, Serialize};
 
-/// Where the surface is.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// Height of the true surface above the nominal zero (m).
-    pub height: f64,
+parameters! {
+    /// Where the surface is.
+    offset:
+    /// Height of the true surface above the nominal zero: the sample feels displacement + height
+    height: real(METRE, (-1.0, 1.0)) = 0.0;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[real!(
-    "effect.offset.height",
-    "Height of the true surface above the nominal zero: the sample feels displacement + height",
-    &METRE,
-    (-1.0, 1.0),
-    offset.height,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -37,34 +37,57 @@ pub enum Access {
     },
 }
 
-/// A parameter that is a number: name, description, unit, range and the field that holds it.
-macro_rules! real {
-    ($name:literal, $description:literal, $unit:expr, $range:expr, $($field:ident).+ $(,)?) => {
-        $crate::effect::Parameter {
-            name: $name,
-            description: $description,
-            access: $crate::effect::Access::Real {
-                unit: $unit,
-                range: $range,
-                get: |e| e.$($field).+,
-                set: |e, v| e.$($field).+ = v,
-            },
+/// Declares the parameters of an effect: the struct that holds them, their start values and how they are set by name. A row is
+/// `name: real(unit, range) = start` or `name: flag = start`; its comment is the parameter's description.
+macro_rules! parameters {
+    ($(#[doc = $what:literal])+ $effect:ident: $(
+        $(#[doc = $line:literal])+
+        $field:ident: $kind:ident $(($unit:ident, $range:expr))? = $start:literal;
+    )+) => {
+        $(#[doc = $what])+
+        #[derive(Debug, Clone, Copy, PartialEq, ::serde::Serialize, ::serde::Deserialize)]
+        pub struct Parameters {
+            $(
+                $(#[doc = $line])+
+                $(#[doc = concat!("([`", stringify!($unit), "`](crate::unit::", stringify!($unit), ")).")])?
+                pub $field: $crate::effect::parameter::access!(@type $kind),
+            )+
         }
+
+        impl Default for Parameters {
+            fn default() -> Self {
+                Self { $($field: $start),+ }
+            }
+        }
+
+        pub(super) const PARAMETERS: &[$crate::effect::Parameter] = &[$($crate::effect::Parameter {
+            name: concat!("effect.", stringify!($effect), ".", stringify!($field)),
+            // Every line of a comment begins with a space.
+            description: concat!($($line),+).trim_ascii_start(),
+            access: $crate::effect::parameter::access!($kind, $effect.$field $(, $unit, $range)?),
+        }),+];
     };
 }
 
-/// A parameter that is a switch: name, description and the field that holds it.
-macro_rules! flag {
-    ($name:literal, $description:literal, $($field:ident).+ $(,)?) => {
-        $crate::effect::Parameter {
-            name: $name,
-            description: $description,
-            access: $crate::effect::Access::Flag {
-                get: |e| e.$($field).+,
-                set: |e, v| e.$($field).+ = v,
-            },
+/// Reader and writer of a field, and its type.
+macro_rules! access {
+    (@type real) => {
+        f64
+    };
+    (@type flag) => {
+        bool
+    };
+    (real, $effect:ident.$field:ident, $unit:ident, $range:expr) => {
+        $crate::effect::Access::Real {
+            unit: &$unit,
+            range: $range,
+            get: |e| e.$effect.$field,
+            set: |e, v| e.$effect.$field = v,
         }
+    };
+    (flag, $effect:ident.$field:ident) => {
+        $crate::effect::Access::Flag { get: |e| e.$effect.$field, set: |e, v| e.$effect.$field = v }
     };
 }
 
-pub(super) use {flag, real};
+pub(super) use {access, parameters};

@@ -1,24 +1,15 @@
 //! Strain-dependent permeability: the law is [`crate::law::darcy`].
 
 use super::descriptor::{Effect, Place, linear, one_sided};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::ONE;
-use serde::{Deserialize, Serialize};
 
-/// The exponent.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// m [-].
-    pub exponent: f64,
+parameters! {
+    /// The exponent.
+    permeability:
+    /// Exponent m of the permeability's dependence on the pore volume, K0 ((J-n0S)/(1-n0S))^m
+    exponent: real(ONE, (0.0, 1000.0)) = 0.0;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[real!(
-    "effect.permeability.exponent",
-    "Exponent m of the permeability's dependence on the pore volume, K0 ((J-n0S)/(1-n0S))^m",
-    &ONE,
-    (0.0, 1000.0),
-    permeability.exponent,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -5,24 +5,15 @@
 //! not among the outputs. It ends where the surface has left the punch.
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::METRE_PER_PASCAL;
-use serde::{Deserialize, Serialize};
 
-/// Compliance of the layer.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters {
-    /// c (m/Pa).
-    pub compliance: f64,
+parameters! {
+    /// Compliance of the layer.
+    slip:
+    /// Compliance of a thin shear layer under the bonded punch: radial slip per shear traction
+    compliance: real(METRE_PER_PASCAL, (0.0, 1e6)) = 0.0;
 }
-
-pub(super) const PARAMETERS: &[Parameter] = &[real!(
-    "effect.slip.compliance",
-    "Compliance of a thin shear layer under the bonded punch: radial slip per shear traction",
-    &METRE_PER_PASCAL,
-    (0.0, 1e6),
-    slip.compliance,
-)];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -1,50 +1,19 @@
 //! Softening with past strain: the law is [`crate::law::softening`].
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use super::parameter::{Parameter, real};
+use super::parameter::parameters;
 use crate::unit::{ONE, SECOND};
-use serde::{Deserialize, Serialize};
 
-/// Loss, and the strain and time in which it happens.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Parameters {
-    /// D, the share that is lost at large strain [-].
-    pub loss: f64,
-    /// e_0 [-].
-    pub strain: f64,
-    /// tau (s); 0: at once.
-    pub delay: f64,
+parameters! {
+    /// Loss, and the strain and time in which it happens.
+    softening:
+    /// Share D of all springs and dashpots that is lost at large past strain
+    loss: real(ONE, (0.0, 0.95)) = 0.0;
+    /// Past equivalent logarithmic strain at which 63 % of the loss has happened
+    strain: real(ONE, (1e-3, 10.0)) = 0.2;
+    /// Time in which the past strain follows a larger present one; 0: at once
+    delay: real(SECOND, (0.0, 1e4)) = 0.0;
 }
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self { loss: 0.0, strain: 0.2, delay: 0.0 }
-    }
-}
-
-pub(super) const PARAMETERS: &[Parameter] = &[
-    real!(
-        "effect.softening.loss",
-        "Share D of all springs and dashpots that is lost at large past strain",
-        &ONE,
-        (0.0, 0.95),
-        softening.loss,
-    ),
-    real!(
-        "effect.softening.strain",
-        "Past equivalent logarithmic strain at which 63 % of the loss has happened",
-        &ONE,
-        (1e-3, 10.0),
-        softening.strain,
-    ),
-    real!(
-        "effect.softening.delay",
-        "Time in which the past strain follows a larger present one; 0: at once",
-        &SECOND,
-        (0.0, 1e4),
-        softening.delay,
-    ),
-];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -1,11 +1,6 @@
 //! Finite specimen size: the sample as cut against the sample as meshed.
 
 use super::descriptor::{Effect, Place, geometric, two_sided};
-use super::parameter::Parameter;
-
-pub use super::NoParameters as Parameters;
-
-pub(super) const PARAMETERS: &[Parameter] = &[];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -1,11 +1,6 @@
 //! Slow third branch: relaxation beyond the hold.
 
 use super::descriptor::{Effect, Place, linear, one_sided, switch};
-use super::parameter::Parameter;
-
-pub use super::NoParameters as Parameters;
-
-pub(super) const PARAMETERS: &[Parameter] = &[];
 
 /// The declaration.
 pub const EFFECT: Effect = Effect {

@@ -6,22 +6,25 @@ use std::sync::LazyLock;
 /// Integration points per element.
 pub const POINTS: usize = 9;
 
-/// Values at one point of the reference square.
+/// Values at one point of the reference square, or cube, of a Q2/Q1 element.
 #[derive(Debug, Clone, Copy)]
-pub struct Shape {
-    /// Biquadratic functions.
+pub struct Functions<const DIMENSION: usize, const NODES: usize, const CORNERS: usize> {
+    /// Quadratic functions of the nodes.
     pub n: [f64; NODES],
-    /// Their derivatives with respect to (xi, eta).
-    pub dn: [[f64; 2]; NODES],
-    /// Bilinear functions of the corners.
+    /// Their derivatives with respect to the reference coordinates.
+    pub dn: [[f64; DIMENSION]; NODES],
+    /// Linear functions of the corners.
     pub p: [f64; CORNERS],
     /// Their derivatives.
-    pub dp: [[f64; 2]; CORNERS],
+    pub dp: [[f64; DIMENSION]; CORNERS],
     /// Position.
-    pub xi: [f64; 2],
+    pub xi: [f64; DIMENSION],
     /// Quadrature weight (0 where the point is none of the rule's).
     pub weight: f64,
 }
+
+/// Values at one point of the reference square.
+pub type Shape = Functions<2, NODES, CORNERS>;
 
 impl Shape {
     /// Shape functions at (xi, eta).
@@ -42,7 +45,7 @@ impl Shape {
 }
 
 /// Abscissa of the 3-point Gauss rule.
-const GAUSS: f64 = 0.774_596_669_241_483_4;
+pub(crate) const GAUSS: f64 = 0.774_596_669_241_483_4;
 /// Abscissae and weights of the 3-point Gauss rule.
 pub const RULE: [(f64, f64); 3] = [(-GAUSS, 5.0 / 9.0), (0.0, 8.0 / 9.0), (GAUSS, 5.0 / 9.0)];
 
@@ -74,11 +77,15 @@ pub fn volumetric_lagrange(xi: [f64; 2]) -> [f64; CORNERS] {
     std::array::from_fn(|k| a[k % 2] * b[k / 2])
 }
 
-fn quadratic(x: f64) -> ([f64; 3], [f64; 3]) {
+/// The three quadratic functions on [-1, 1] and their derivatives.
+#[inline]
+pub(crate) fn quadratic(x: f64) -> ([f64; 3], [f64; 3]) {
     ([0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)], [x - 0.5, -2.0 * x, x + 0.5])
 }
 
-fn linear(x: f64) -> [f64; 2] {
+/// The two linear functions on [-1, 1].
+#[inline]
+pub(crate) fn linear(x: f64) -> [f64; 2] {
     [0.5 * (1.0 - x), 0.5 * (1.0 + x)]
 }
 

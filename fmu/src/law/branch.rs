@@ -7,7 +7,7 @@
 use super::eyring::{self, Linearised};
 use super::ogden::Ogden;
 use super::parameters::BranchParameters;
-use super::relaxation::{Iterate, Relaxation, apply, square, sum};
+use super::relaxation::{Iterate, Relaxation, apply, line_search, square, sum};
 use super::spectral::deviator;
 use crate::number::{Real, closure, each};
 
@@ -115,17 +115,10 @@ impl Branch {
             if now.square < now.last {
                 return Some(now.moved(&de));
             }
-            let mut step = 1.0;
-            now = loop {
+            now = line_search(MIN_STEP, |step| {
                 let next = now.after(&de.map(|x| step * x), trial);
-                if next.square < now.square {
-                    break next;
-                }
-                step *= 0.5;
-                if step < MIN_STEP {
-                    return None;
-                }
-            };
+                (next.square < now.square).then_some(next)
+            })?;
         }
         None
     }

@@ -8,7 +8,7 @@
 
 use super::branch::Relaxed;
 use super::ogden::Ogden;
-use super::relaxation::{apply, difference, moved, square};
+use super::relaxation::{apply, difference, line_search, moved, square};
 use crate::number::{Real, closure, each};
 
 pub(crate) type Matrix<T> = [[T; 3]; 3];
@@ -102,17 +102,10 @@ impl EyringFlow {
             if size <= LAST {
                 return Some(moved(spring, &now.strain, &now.powers, &de));
             }
-            let mut step = 1.0;
-            now = loop {
+            now = line_search(MIN_STEP, |step| {
                 let next = self.at(spring, trial, difference(&now.strain, &de.map(|x| step * x)));
-                if next.square < now.square {
-                    break next;
-                }
-                step *= 0.5;
-                if step < MIN_STEP {
-                    return None;
-                }
-            };
+                (next.square < now.square).then_some(next)
+            })?;
         }
         None
     }

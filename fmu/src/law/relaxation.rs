@@ -67,6 +67,12 @@ pub(crate) fn moved<T: Real>(spring: &Ogden, strain: &[T; 3], powers: &[T; 3], d
     Relaxed { strain: difference(strain, de), powers: [power(0), power(1), power(2)] }
 }
 
+/// What `attempt` makes of the longest of the steps 1, 1/2, 1/4, ... that succeeds, if one of at least `shortest` does.
+pub(super) fn line_search<I>(shortest: f64, attempt: impl Fn(f64) -> Option<I>) -> Option<I> {
+    let steps = std::iter::successors(Some(1.0), |step| Some(0.5 * step));
+    steps.take_while(|&step| step >= shortest).find_map(attempt)
+}
+
 /// `(I + k P diag(a))^-1` by the Sherman–Morrison formula, over a common denominator: with `D_i = 1 + k a_i`,
 /// `O_i` the product of the two others and `M` the mean of those,
 /// `(delta_ij O_i M + k / 3 O_i O_j a_j) / (D_1 D_2 D_3 M)`.

@@ -102,7 +102,7 @@ impl Path {
 
     /// Whether the state belongs to the stepper's mesh and material.
     pub fn fits(&self, stepper: &dyn Discretisation) -> bool {
-        let fits = |state: &State| state.lengths() == *stepper.lengths();
+        let fits = |state: &State| state.lengths() == stepper.constants().lengths;
         fits(&self.base) && self.ahead.as_deref().is_none_or(fits)
     }
 
@@ -303,7 +303,7 @@ impl Path {
         loop {
             let state = self.attempt(stepper, motion, &mut dt, statistics)?;
             let force = state.outputs.force;
-            let scale = force.abs().max(0.1 * self.largest_force).max(1e-3 * stepper.force_scale());
+            let scale = force.abs().max(0.1 * self.largest_force).max(1e-3 * stepper.constants().force_scale);
             let misfit = self.misfit(&state, force, |node| node.outputs.force);
             let error = misfit.map(|m| step_control::error(m, scale, solver.tolerance));
             // A change of contact is a kink that no step resolves: it need not become shorter than the first.

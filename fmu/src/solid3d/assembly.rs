@@ -8,7 +8,7 @@ use super::kernel::{self, CellSystem, PointState};
 use super::mesh::Mesh;
 use super::point::SolidMaterial;
 use super::shape::{CORNER_NODES, NODES, POINTS, UNKNOWNS};
-use crate::element::{History, Inadmissible};
+use crate::element::{History, Stage};
 use crate::solver::pattern::CscPattern;
 
 /// History of the undeformed state of a mesh of hexahedra.
@@ -207,37 +207,34 @@ fn pattern(unknowns: usize, cells: &[CellMap]) -> CscPattern {
     CscPattern { column_pointers, rows }
 }
 
-/// Residual and tangent of the whole mesh at `x`, in SI units and without boundary conditions.
-///
-/// # Errors
-/// The first cell that is turned inside out, compacted or too strained.
-#[allow(clippy::too_many_arguments)]
-pub fn assemble(
-    geometry: &Geometry,
-    map: &AssemblyMap,
-    material: &SolidMaterial,
-    x: &[f64],
-    old: &History,
-    dt: f64,
-    residual: &mut [f64],
-    values: &mut [f64],
-) -> Result<(), Inadmissible> {
-    residual.fill(0.0);
-    values.fill(0.0);
-    let mut system = Box::<CellSystem>::default();
-    let mut condensed = Condensed::default();
-    for (cell, points) in geometry.cells.iter().enumerate() {
-        let x_c = map.gather(cell, x);
-        kernel::evaluate(
-            points,
-            material,
-            &x_c,
-            cell_history(old, cell, material.branches()),
-            dt,
-            &mut system,
-        )
-        .ok_or(Inadmissible { element: cell })?;
-        map.scatter(cell, &system, &mut condensed, residual, values);
+/// A material on a mesh of hexahedra.
+#[derive(Debug, Clone, Copy)]
+pub struct SolidBody<'a> {
+    /// Integration points.
+    pub geometry: &'a Geometry,
+    /// Unknowns and pattern.
+    pub map: &'a AssemblyMap,
+    /// Constitutive laws.
+    pub material: &'a SolidMaterial,
+}
+
+impl SolidBody<'_> {
+    /// Residual and tangent of the whole mesh, in SI units and without boundary conditions.
+    ///
+    /// # Errors
+    /// The first cell that is turned inside out, compacted or too strained.
+    pub fn assemble(&self, stage: Stage<'_>, residual: &mut [f64], values: &mut [f64]) -> Result<(), usize> {
+        residual.fill(0.0);
+        values.fill(0.0);
+        let mut system = Box::<CellSystem>::default();
+        let mut condensed = Condensed::default();
+        let branches = self.material.branches();
+        for (cell, points) in self.geometry.cells.iter().enumerate() {
+            let x_c = self.map.gather(cell, stage.x);
+            let history = cell_history(stage.old, cell, branches);
+            kernel::evaluate(points, self.material, &x_c, history, stage.dt, &mut system).ok_or(cell)?;
+            self.map.scatter(cell, &system, &mut condensed, residual, values);
+        }
+        Ok(())
     }
-    Ok(())
 }

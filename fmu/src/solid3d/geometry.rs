@@ -3,7 +3,8 @@
 use super::Tensor;
 use super::mesh::Mesh;
 use super::point::{determinant, inverse};
-use super::shape::{CORNERS, GAUSS_POINTS, NODES, POINTS, RULE, Shape, VOLUMETRIC_POINTS};
+use super::shape::{CORNERS, GAUSS_POINTS, NODES, POINTS, Shape, VOLUMETRIC_POINTS};
+use crate::element::shape::RULE;
 
 /// What the kernel needs to know of the reference configuration at one point.
 #[derive(Debug, Clone, Copy)]

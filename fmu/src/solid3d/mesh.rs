@@ -6,7 +6,8 @@
 
 use super::forest::{self, Cell, Key, Refinement, key, surface};
 use super::layout::{Chart, EDGE, LAYERS, RINGS, direction, ring_coordinate};
-use super::shape::{CORNER_NODES, CORNERS, NODES, linear, quadratic};
+use super::shape::{CORNER_NODES, CORNERS, NODES};
+use crate::element::shape::{linear, quadratic};
 use crate::mesh::parameters::GeometryParameters;
 use std::collections::HashMap;
 

@@ -1,10 +1,11 @@
 //! The discretised quarter: mesh, assembly map and matrix structure, shared by all instances.
 
-use super::assembly::AssemblyMap;
+use super::assembly::{AssemblyMap, SolidBody};
 use super::forest::{PAPER, Refinement};
 use super::geometry::Geometry;
 use super::linear::analyse;
 use super::mesh::Mesh;
+use super::point::SolidMaterial;
 use crate::mesh::parameters::GeometryParameters;
 use crate::registry::Registry;
 use crate::solver::multifrontal::{StructureError, Symbolic};
@@ -33,6 +34,11 @@ impl SolidSample {
         let map = AssemblyMap::new(&mesh);
         let symbolic = analyse(&mesh, &map)?;
         Ok(Self { geometry: Geometry::new(&mesh), mesh, map, symbolic })
+    }
+
+    /// The sample made of a material.
+    pub fn body<'a>(&'a self, material: &'a SolidMaterial) -> SolidBody<'a> {
+        SolidBody { geometry: &self.geometry, map: &self.map, material }
     }
 
     /// The sample of a geometry with the paper's refinement; equal ones that are alive share it.

@@ -1,5 +1,6 @@
 //! Shape functions on the reference cube [-1, 1]^3 and its Gauss rules.
 
+use crate::element::shape::{Functions, GAUSS, RULE, linear, quadratic};
 use std::sync::LazyLock;
 
 /// Nodes per cell: Q2 displacement; local number `i + 3 j + 9 k`.
@@ -15,21 +16,7 @@ pub const POINTS: usize = 27;
 pub const CORNER_NODES: [usize; CORNERS] = [0, 2, 6, 8, 18, 20, 24, 26];
 
 /// Values at one point of the reference cube.
-#[derive(Debug, Clone, Copy)]
-pub struct Shape {
-    /// Triquadratic functions.
-    pub n: [f64; NODES],
-    /// Their derivatives with respect to the reference coordinates.
-    pub dn: [[f64; 3]; NODES],
-    /// Trilinear functions of the corners.
-    pub p: [f64; CORNERS],
-    /// Their derivatives.
-    pub dp: [[f64; 3]; CORNERS],
-    /// Position.
-    pub xi: [f64; 3],
-    /// Quadrature weight.
-    pub weight: f64,
-}
+pub type Shape = Functions<3, NODES, CORNERS>;
 
 impl Shape {
     /// Shape functions at `xi`.
@@ -58,11 +45,6 @@ impl Shape {
     }
 }
 
-/// Abscissa of the 3-point Gauss rule.
-const GAUSS: f64 = 0.774_596_669_241_483_4;
-/// Abscissae and weights of the 3-point Gauss rule.
-pub const RULE: [(f64, f64); 3] = [(-GAUSS, 5.0 / 9.0), (0.0, 8.0 / 9.0), (GAUSS, 5.0 / 9.0)];
-
 /// The 3 x 3 x 3 Gauss points, `i + 3 j + 9 k`.
 pub static GAUSS_POINTS: LazyLock<[Shape; POINTS]> = LazyLock::new(|| {
     std::array::from_fn(|k| {
@@ -86,16 +68,6 @@ pub fn gauss_lagrange(xi: [f64; 3]) -> [f64; POINTS] {
 /// Values at `xi` of the trilinear functions that interpolate between the volumetric points.
 pub fn volumetric_lagrange(xi: [f64; 3]) -> [f64; CORNERS] {
     Shape::at(xi.map(|x| x * 3.0_f64.sqrt()), 0.0).p
-}
-
-/// The three quadratic functions on [-1, 1] and their derivatives.
-pub fn quadratic(x: f64) -> ([f64; 3], [f64; 3]) {
-    ([0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)], [x - 0.5, -2.0 * x, x + 0.5])
-}
-
-/// The two linear functions on [-1, 1].
-pub fn linear(x: f64) -> [f64; 2] {
-    [0.5 * (1.0 - x), 0.5 * (1.0 + x)]
 }
 
 #[cfg(test)]

@@ -1,23 +1,22 @@
 //! One implicit stage of the quarter cylinder under the punch.
 
-use super::assembly::{assemble, undeformed};
+use super::assembly::{SolidBody, undeformed};
 use super::boundary::Conditions;
-use super::field::{self, QUARTERS};
+use super::field::QUARTERS;
 use super::linear::FrozenSolver;
 use super::point::SolidMaterial;
 use super::sample::SolidSample;
 use crate::contact::conditions::Condition;
 use crate::contact::status::Contact;
 use crate::contact::surface::Touch;
-use crate::element::History;
+use crate::element::{History, Stage};
 use crate::outputs::{Outputs, Statistics};
 use crate::parameters::Parameters;
 use crate::solver::linear::Singular;
 use crate::solver::newton::{self, Aim, NewtonFailure, System, Workspace};
-use crate::solver::parameters::TimeScheme;
 use crate::specimen::extrapolation::Extrapolation;
-use crate::specimen::step::{Found, Start, Task};
-use crate::specimen::{Discretisation, Lengths, State};
+use crate::specimen::step::{Found, Task};
+use crate::specimen::{Constants, Discretisation, Lengths, State};
 use std::sync::Arc;
 
 /// Loosest reduction of a linear residual: a Newton correction need be no better than that far from the solution.
@@ -29,7 +28,6 @@ pub struct SolidStepper {
     material: SolidMaterial,
     conditions: Conditions,
     fixed: Vec<bool>,
-    scheme: TimeScheme,
     tolerance: f64,
     /// Stress scale (Pa) and length scale (m) that make the system dimensionless.
     stress_scale: f64,
@@ -39,7 +37,7 @@ pub struct SolidStepper {
     work: Workspace,
     raw_residual: Vec<f64>,
     residual_norms: Vec<f64>,
-    lengths: Lengths,
+    constants: Constants,
 }
 
 impl SolidStepper {
@@ -56,7 +54,6 @@ impl SolidStepper {
             material: SolidMaterial::new(m),
             fixed: conditions.unknowns.iter().map(|c| *c != Condition::Free).collect(),
             conditions,
-            scheme: parameters.solver.time_scheme,
             tolerance: parameters.solver.newton_tolerance,
             stress_scale,
             length_scale,
@@ -65,10 +62,16 @@ impl SolidStepper {
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
             raw_residual: vec![0.0; unknowns],
             residual_norms: Vec::new(),
-            lengths: Lengths::default(),
+            constants: Constants {
+                lengths: Lengths::default(),
+                force_scale: stress_scale * length_scale * length_scale,
+                separates: false,
+                scheme: parameters.solver.time_scheme,
+                compliance: 0.0,
+            },
             sample,
         };
-        stepper.lengths = stepper.undeformed(0.0).lengths();
+        stepper.constants.lengths = stepper.undeformed(0.0).lengths();
         stepper
     }
 
@@ -86,32 +89,30 @@ impl SolidStepper {
     fn equilibrate(
         &mut self,
         x: &mut [f64],
-        history: &History,
         task: &Task<'_>,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let mut system = StageSystem {
-            sample: &self.sample,
-            material: &self.material,
+            body: self.sample.body(&self.material),
             conditions: &self.conditions,
             column_scale: &self.column_scale,
             energy_scale: self.stress_scale * self.length_scale.powi(3),
-            history,
+            history: task.start.history,
             dt: task.length,
             displacement: task.displacement,
             raw_residual: &mut self.raw_residual,
             fixed: &self.fixed,
             linear: &mut self.linear,
+            statistics,
         };
-        self.residual_norms = newton::solve(&mut system, &mut self.work, x, self.tolerance, statistics)?;
+        self.residual_norms = newton::solve(&mut system, &mut self.work, x, self.tolerance)?;
         Ok(())
     }
 }
 
 /// One implicit stage as a dimensionless system of equations.
 struct StageSystem<'a> {
-    sample: &'a SolidSample,
-    material: &'a SolidMaterial,
+    body: SolidBody<'a>,
     conditions: &'a Conditions,
     column_scale: &'a [f64],
     energy_scale: f64,
@@ -121,13 +122,14 @@ struct StageSystem<'a> {
     raw_residual: &'a mut [f64],
     fixed: &'a [bool],
     linear: &'a mut FrozenSolver,
+    statistics: &'a mut Statistics,
 }
 
 impl System for StageSystem<'_> {
     fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
-        let SolidSample { geometry, map, .. } = self.sample;
-        assemble(geometry, map, self.material, x, self.history, self.dt, residual, values)
-            .map_err(|failed| failed.element)?;
+        let stage = Stage { x, old: self.history, dt: self.dt };
+        self.body.assemble(stage, residual, values)?;
+        let map = self.body.map;
         self.raw_residual.copy_from_slice(residual);
         // Scale of every row; 0 where the row is replaced by the identity's.
         let row_scale: Vec<f64> = self
@@ -161,22 +163,20 @@ impl System for StageSystem<'_> {
         Ok(square.sqrt())
     }
 
-    fn correct(
-        &mut self,
-        values: &[f64],
-        correction: &mut [f64],
-        aim: Aim,
-        statistics: &mut Statistics,
-    ) -> Result<(), Singular> {
+    fn correct(&mut self, values: &[f64], correction: &mut [f64], aim: Aim) -> Result<(), Singular> {
         // The quadratic remainder is about ten times the squared norm: what is smaller need not be solved.
         let enough = 0.2 * aim.tolerance / aim.norm.max(f64::MIN_POSITIVE);
         let reduction = (3.0 * aim.norm).clamp(1e-12, LOOSEST).max(enough.min(LOOSEST));
-        let pattern = &self.sample.map.pattern;
-        self.linear.solve(pattern, values, self.fixed, correction, reduction, statistics)
+        let pattern = &self.body.map.pattern;
+        self.linear.solve(pattern, values, self.fixed, correction, reduction, self.statistics)
     }
 
     fn scale(&self) -> &[f64] {
         self.column_scale
+    }
+
+    fn statistics(&mut self) -> &mut Statistics {
+        self.statistics
     }
 }
 
@@ -196,24 +196,8 @@ impl Discretisation for SolidStepper {
         }
     }
 
-    fn lengths(&self) -> &Lengths {
-        &self.lengths
-    }
-
-    fn force_scale(&self) -> f64 {
-        self.stress_scale * self.length_scale * self.length_scale
-    }
-
-    fn separates(&self) -> bool {
-        false
-    }
-
-    fn scheme(&self) -> TimeScheme {
-        self.scheme
-    }
-
-    fn compliance(&self) -> f64 {
-        0.0
+    fn constants(&self) -> &Constants {
+        &self.constants
     }
 
     /// The punch's face stays where it is put.
@@ -221,24 +205,16 @@ impl Discretisation for SolidStepper {
         Touch { in_contact: true, ..Touch::default() }
     }
 
-    fn solve(
-        &mut self,
-        start: &Start<'_>,
-        guess: &[f64],
-        task: &Task<'_>,
-        statistics: &mut Statistics,
-    ) -> Result<Found, NewtonFailure> {
-        let mut x = guess.to_vec();
-        self.equilibrate(&mut x, start.history, task, statistics)?;
+    fn solve(&mut self, task: &Task<'_>, statistics: &mut Statistics) -> Result<Found, NewtonFailure> {
+        let mut x = task.guess.to_vec();
+        self.equilibrate(&mut x, task, statistics)?;
         let punch = self.conditions.punch.iter();
         let reaction = -QUARTERS * punch.map(|&u| self.raw_residual[u]).sum::<f64>();
-        let SolidSample { geometry, map, .. } = &*self.sample;
-        let (material, dt) = (&self.material, task.length);
-        let face = task.is_last.then(|| field::face_forces(geometry, map, material, &x, start.history, dt));
-        let face = face.transpose()?;
-        let mut history = start.history.clone();
-        let integrals =
-            field::update(geometry, map, material, &x, start.history, dt, task.reach, &mut history)?;
+        let stage = Stage { x: &x, old: task.start.history, dt: task.length };
+        let body = self.sample.body(&self.material);
+        let face = task.is_last.then(|| body.face_forces(stage)).transpose()?;
+        let mut history = task.start.history.clone();
+        let integrals = body.update(stage, task.reach, &mut history)?;
         Ok(Found {
             x,
             contact: Contact::default(),

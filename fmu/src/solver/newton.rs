@@ -59,16 +59,13 @@ pub trait System {
     ///
     /// # Errors
     /// When the tangent is singular.
-    fn correct(
-        &mut self,
-        values: &[f64],
-        correction: &mut [f64],
-        aim: Aim,
-        statistics: &mut Statistics,
-    ) -> Result<(), Singular>;
+    fn correct(&mut self, values: &[f64], correction: &mut [f64], aim: Aim) -> Result<(), Singular>;
 
     /// Units of the unknowns: a correction is the solution of the scaled system times these.
     fn scale(&self) -> &[f64];
+
+    /// Where its work is counted.
+    fn statistics(&mut self) -> &mut Statistics;
 }
 
 /// Vectors of the iteration, allocated once.
@@ -102,7 +99,6 @@ pub fn solve(
     work: &mut Workspace,
     x: &mut [f64],
     tolerance: f64,
-    statistics: &mut Statistics,
 ) -> Result<Vec<f64>, NewtonFailure> {
     let Workspace { residual, values, correction, trial } = work;
     let mut norm = system.evaluate(x, residual, values).map_err(NewtonFailure::Inadmissible)?;
@@ -113,10 +109,10 @@ pub fn solve(
         if constrained && norm <= tolerance {
             return Ok(norms);
         }
-        statistics.iterations += 1;
+        system.statistics().iterations += 1;
         correction.copy_from_slice(residual);
         system
-            .correct(values, correction, Aim { norm, tolerance }, statistics)
+            .correct(values, correction, Aim { norm, tolerance })
             .map_err(|_| NewtonFailure::Singular(iteration))?;
         let largest = correction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let negligible = constrained && largest <= NEGLIGIBLE;
@@ -171,6 +167,7 @@ mod tests {
     /// `x = 0` with a residual that rounding keeps at 1e-8; knows where it was evaluated last.
     struct Rounded {
         evaluated: f64,
+        statistics: Statistics,
     }
 
     impl System for Rounded {
@@ -181,13 +178,7 @@ mod tests {
             Ok(residual[0].abs())
         }
 
-        fn correct(
-            &mut self,
-            values: &[f64],
-            correction: &mut [f64],
-            _: Aim,
-            _: &mut Statistics,
-        ) -> Result<(), Singular> {
+        fn correct(&mut self, values: &[f64], correction: &mut [f64], _: Aim) -> Result<(), Singular> {
             correction[0] /= values[0];
             Ok(())
         }
@@ -195,16 +186,19 @@ mod tests {
         fn scale(&self) -> &[f64] {
             &[1.0]
         }
+
+        fn statistics(&mut self) -> &mut Statistics {
+            &mut self.statistics
+        }
     }
 
     /// Reaction and tangent are read from the system and the workspace after the iteration.
     #[test]
     fn the_last_evaluation_is_that_of_the_solution() {
-        let (mut system, mut work) = (Rounded { evaluated: f64::NAN }, Workspace::new(1, 1));
-        let mut x = [1.0];
-        let statistics = &mut Statistics::default();
-        solve(&mut system, &mut work, &mut x, 1e-12, statistics).unwrap();
-        assert_eq!(statistics.iterations, 2, "the iteration must end by a negligible correction");
+        let mut system = Rounded { evaluated: f64::NAN, statistics: Statistics::default() };
+        let (mut work, mut x) = (Workspace::new(1, 1), [1.0]);
+        solve(&mut system, &mut work, &mut x, 1e-12).unwrap();
+        assert_eq!(system.statistics.iterations, 2, "the iteration must end by a negligible correction");
         assert_eq!(system.evaluated, x[0]);
     }
 }

@@ -135,13 +135,13 @@ impl Stepper {
                 *force -= row * *value;
             }
         }
-        if self.compliance != 0.0 {
+        if self.constants.compliance != 0.0 {
             let (scale, row) = (&self.column_scale, &self.reaction_row);
             let unit =
                 UnitMotion::new(&self.conditions, scale, row, |rhs| self.linear.solve_again(tangent, rhs))
                     .map_err(singular)?;
             for (change, force) in loads.chunks_exact_mut(unknowns).zip(&mut force) {
-                *force = unit.follow(self.compliance, scale, *force, change);
+                *force = unit.follow(self.constants.compliance, scale, *force, change);
             }
         }
         Ok(Changes { x: loads, force })

@@ -21,5 +21,5 @@ pub use derivatives::Sensitivity;
 pub use sample::Sample;
 pub use setup::Setup;
 pub use state::{Lengths, State};
-pub use step::{Discretisation, Motion, Patience, Step};
+pub use step::{Constants, Discretisation, Motion, Patience, Step};
 pub use stepper::Stepper;

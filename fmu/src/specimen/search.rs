@@ -3,7 +3,6 @@
 use super::step::{Patience, Task};
 use super::stepper::Stepper;
 use super::system::{Drag, StageSystem};
-use crate::element::History;
 use crate::outputs::Statistics;
 use crate::solver::newton::{self, NewtonFailure};
 
@@ -23,12 +22,11 @@ impl Stepper {
     pub(super) fn find(
         &mut self,
         x: &mut Vec<f64>,
-        history: &History,
         task: &Task<'_>,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
         let start = x.clone();
-        let Err(failure) = self.equilibrate(x, history, task, None, statistics) else { return Ok(()) };
+        let Err(failure) = self.equilibrate(x, task, None, statistics) else { return Ok(()) };
         // Under a fully closed face a far start fails for other reasons, which a shorter step removes if anything does.
         let near = matches!(failure, NewtonFailure::NotConverged { residual, .. } if residual < NEAR);
         let closed =
@@ -45,11 +43,11 @@ impl Stepper {
         };
         for _ in 0..longest {
             let dragged = Some(Drag { from: &reached, stiffness: drag, is_pressure: &is_pressure });
-            match self.equilibrate(x, history, task, dragged, statistics) {
+            match self.equilibrate(x, task, dragged, statistics) {
                 Ok(()) => {
                     reached.clone_from(x);
                     drag *= DRAG_FALL;
-                    if self.equilibrate(x, history, task, None, statistics).is_ok() {
+                    if self.equilibrate(x, task, None, statistics).is_ok() {
                         return Ok(());
                     }
                 }
@@ -64,7 +62,6 @@ impl Stepper {
     fn equilibrate(
         &mut self,
         x: &mut [f64],
-        history: &History,
         task: &Task<'_>,
         drag: Option<Drag<'_>>,
         statistics: &mut Statistics,
@@ -75,18 +72,19 @@ impl Stepper {
             conditions: &self.conditions,
             column_scale: &self.column_scale,
             energy_scale,
-            history,
+            history: task.start.history,
             dt: task.length,
             displacement: task.displacement,
             shear_layer: self.shear_layer,
-            compliance: self.compliance,
+            compliance: self.constants.compliance,
             profile: self.surface.profile(),
             drag,
             raw_residual: &mut self.raw_residual,
             reaction_row: &mut self.reaction_row,
             linear: &mut self.linear,
+            statistics,
         };
-        self.residual_norms = newton::solve(&mut system, &mut self.work, x, self.tolerance, statistics)?;
+        self.residual_norms = newton::solve(&mut system, &mut self.work, x, self.tolerance)?;
         Ok(())
     }
 }

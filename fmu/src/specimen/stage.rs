@@ -2,8 +2,8 @@
 
 use super::derivatives::{ContactSensitivity, Converged, Sensitivity};
 use super::extrapolation::Extrapolation;
-use super::state::{Lengths, State};
-use super::step::{Discretisation, Found, Start, Task};
+use super::state::State;
+use super::step::{Constants, Discretisation, Found, Task};
 use super::stepper::Stepper;
 use crate::contact::decision::{Decision, Slack, Trial};
 use crate::contact::{Contact, Touch};
@@ -11,7 +11,6 @@ use crate::element::{Inadmissible, Stage, undeformed};
 use crate::law::PointMaterial;
 use crate::outputs::{Outputs, Statistics};
 use crate::solver::newton::NewtonFailure;
-use crate::solver::parameters::TimeScheme;
 
 /// A pull below this fraction of the force scale opens no node.
 const NEGLIGIBLE_PULL: f64 = 1e-7;
@@ -51,41 +50,20 @@ impl Discretisation for Stepper {
         }
     }
 
-    fn lengths(&self) -> &Lengths {
-        &self.lengths
-    }
-
-    fn force_scale(&self) -> f64 {
-        self.stress_scale * self.length_scale * self.length_scale
-    }
-
-    fn separates(&self) -> bool {
-        true
-    }
-
-    fn scheme(&self) -> TimeScheme {
-        self.scheme
-    }
-
-    fn compliance(&self) -> f64 {
-        self.compliance
+    fn constants(&self) -> &Constants {
+        &self.constants
     }
 
     fn touch(&self, contact: &Contact, x: &[f64]) -> Touch {
         self.surface.touch(contact, x)
     }
 
-    fn solve(
-        &mut self,
-        start: &Start<'_>,
-        guess: &[f64],
-        task: &Task<'_>,
-        statistics: &mut Statistics,
-    ) -> Result<Found, NewtonFailure> {
+    fn solve(&mut self, task: &Task<'_>, statistics: &mut Statistics) -> Result<Found, NewtonFailure> {
+        let start = &task.start;
         if let Some((material, extensions)) = &self.drifting {
             self.material = PointMaterial::extended(material, extensions, task.time);
         }
-        let settled = self.settle(start, guess, task, statistics)?;
+        let settled = self.settle(task, statistics)?;
         let Settled { x, contact, next, decisions, remembered } = settled;
         let reaction = self.conditions.reaction(&self.raw_residual);
         let stage = Stage { x: &x, old: start.history, dt: task.length };
@@ -110,23 +88,20 @@ impl Discretisation for Stepper {
 impl Stepper {
     /// Solves with the nodes in contact, and again with others, until the surface lets them stand; leaves the nodal
     /// forces in `raw_residual`.
-    fn settle(
-        &mut self,
-        start: &Start<'_>,
-        guess: &[f64],
-        task: &Task<'_>,
-        statistics: &mut Statistics,
-    ) -> Result<Settled, NewtonFailure> {
-        let slack =
-            Slack { force: NEGLIGIBLE_PULL * self.force_scale(), length: NEGLIGIBLE_GAP * self.length_scale };
-        let (mut x, mut contact) = (guess.to_vec(), start.contact.clone());
+    fn settle(&mut self, task: &Task<'_>, statistics: &mut Statistics) -> Result<Settled, NewtonFailure> {
+        let start = &task.start;
+        let slack = Slack {
+            force: NEGLIGIBLE_PULL * self.constants.force_scale,
+            length: NEGLIGIBLE_GAP * self.length_scale,
+        };
+        let (mut x, mut contact) = (task.guess.to_vec(), start.contact.clone());
         let mut remembered = start.sensitivity.map(|s| s.contact.clone());
         let (mut past, mut decisions) = (self.surface.no_past(), Vec::new());
         for solution in 0..=MAX_CHANGES {
             self.conditions.apply(&self.surface, &contact);
-            self.find(&mut x, start.history, task, statistics)?;
+            self.find(&mut x, task, statistics)?;
             let reaction = self.conditions.reaction(&self.raw_residual);
-            let indentation = task.displacement - self.compliance * reaction;
+            let indentation = task.displacement - self.constants.compliance * reaction;
             let trial = Trial { x: &x, from: start.x, forces: &self.raw_residual, indentation, slack };
             let decision = match task.follow {
                 None => self.surface.decide(&contact, &trial, &mut past),

@@ -48,6 +48,10 @@ pub struct Start<'a> {
 /// One implicit stage to be solved.
 #[derive(Debug, Clone, Copy)]
 pub struct Task<'a> {
+    /// What it starts from.
+    pub start: Start<'a>,
+    /// Unknowns at which the search begins.
+    pub guess: &'a [f64],
     /// Time of its end since the test's start (s).
     pub time: f64,
     /// Its length (s).
@@ -96,40 +100,37 @@ pub struct Step {
     pub decisions: Vec<Vec<Decision>>,
 }
 
+/// What stays the same from step to step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Constants {
+    /// Numbers of entries of the specimen's states.
+    pub lengths: Lengths,
+    /// A force that matters (N): the stress scale over the punch's area.
+    pub force_scale: f64,
+    /// Whether the punch can leave the specimen; where it cannot, retraction is an error.
+    pub separates: bool,
+    /// Scheme in time.
+    pub scheme: TimeScheme,
+    /// Compliance of the machine (m/N).
+    pub compliance: f64,
+}
+
 /// A discretised specimen that makes one step at a time.
 pub trait Discretisation {
     /// The undeformed specimen.
     fn undeformed(&self, time: f64) -> State;
 
-    /// Numbers of entries of its states.
-    fn lengths(&self) -> &Lengths;
-
-    /// A force that matters (N): the stress scale over the punch's area.
-    fn force_scale(&self) -> f64;
-
-    /// Whether the punch can leave the specimen; where it cannot, retraction is an error.
-    fn separates(&self) -> bool;
-
-    /// Scheme in time.
-    fn scheme(&self) -> TimeScheme;
-
-    /// Compliance of the machine (m/N).
-    fn compliance(&self) -> f64;
+    /// What stays the same from step to step.
+    fn constants(&self) -> &Constants;
 
     /// Where the surface lies with the unknowns `x`.
     fn touch(&self, contact: &Contact, x: &[f64]) -> Touch;
 
-    /// Solves one stage, beginning at `guess`.
+    /// Solves one stage.
     ///
     /// # Errors
     /// Why it has no solution.
-    fn solve(
-        &mut self,
-        start: &Start<'_>,
-        guess: &[f64],
-        task: &Task<'_>,
-        statistics: &mut Statistics,
-    ) -> Result<Found, NewtonFailure>;
+    fn solve(&mut self, task: &Task<'_>, statistics: &mut Statistics) -> Result<Found, NewtonFailure>;
 
     /// The state `dt` (s) later.
     ///
@@ -175,11 +176,15 @@ fn advance<D: Discretisation + ?Sized>(
     let mut decisions = Vec::new();
     let mut last: Option<Found> = None;
     let mut reached = 0.0;
-    let stages = stages(discretisation.scheme());
+    let stages = stages(discretisation.constants().scheme);
     for (index, stage) in stages.iter().enumerate() {
         let start = last.as_ref().map_or_else(|| Start::of(old), Start::after);
         let ahead = (stage.time - reached) * dt;
+        let mut guess = start.x.to_vec();
+        trend.extrapolate(&mut guess, ahead);
         let task = Task {
+            start,
+            guess: &guess,
             time: old.time + stage.time * dt,
             length: stage.fraction * dt,
             reach: stage.reach,
@@ -188,12 +193,10 @@ fn advance<D: Discretisation + ?Sized>(
             patience,
             follow: follow.map(|stages| stages.get(index).map_or(&[][..], Vec::as_slice)),
         };
-        let mut guess = start.x.to_vec();
-        trend.extrapolate(&mut guess, ahead);
-        let mut found = discretisation.solve(&start, &guess, &task, statistics);
+        let mut found = discretisation.solve(&task, statistics);
         if found.is_err() && guess != start.x {
             // The extrapolation may have been the reason.
-            found = discretisation.solve(&start, start.x, &task, statistics);
+            found = discretisation.solve(&Task { guess: start.x, ..task }, statistics);
         }
         let mut found = found?;
         if found.contact.touches_as(start.contact) {
@@ -221,7 +224,7 @@ fn advance<D: Discretisation + ?Sized>(
     outputs.force_specimen = reaction;
     outputs.force_solid = reaction - outputs.force_fluid;
     // The machine keeps its own part of the work.
-    let compliance = discretisation.compliance();
+    let compliance = discretisation.constants().compliance;
     outputs.external_work -=
         machine_energy(compliance, reaction) - machine_energy(compliance, old.outputs.force_specimen);
     outputs.stored_energy = integrals.stored_energy;

@@ -3,7 +3,7 @@
 use super::sample::Sample;
 use super::setup::Setup;
 use super::state::Lengths;
-use super::step::Discretisation;
+use super::step::{Constants, Discretisation};
 use crate::contact::parameters::BoundaryParameters;
 use crate::contact::{Conditions, Profile, Surface};
 use crate::law::PointMaterial;
@@ -11,7 +11,6 @@ use crate::law::extensions::Extensions;
 use crate::law::parameters::MaterialParameters;
 use crate::solver::linear::LinearSolver;
 use crate::solver::newton::Workspace;
-use crate::solver::parameters::TimeScheme;
 use std::sync::Arc;
 
 /// Solves the stages of an axisymmetric specimen; holds the memory and factors of one instance.
@@ -22,11 +21,8 @@ pub struct Stepper {
     pub(super) drifting: Option<(MaterialParameters, Extensions)>,
     /// Stiffness of the shear layer under the punch (Pa/m), where there is one.
     pub(super) shear_layer: Option<f64>,
-    /// Compliance of the machine (m/N).
-    pub(super) compliance: f64,
     pub(super) conditions: Conditions,
     pub(super) surface: Surface,
-    pub(super) scheme: TimeScheme,
     /// Tolerance of Newton's method [-].
     pub(super) tolerance: f64,
     /// Stress scale (Pa) and length scale (m) that make the system dimensionless.
@@ -42,8 +38,7 @@ pub struct Stepper {
     /// Sum of the tangent's rows under the punch (N per unit of the unknowns).
     pub(super) reaction_row: Vec<f64>,
     pub(super) residual_norms: Vec<f64>,
-    /// Numbers of entries of its states.
-    pub(super) lengths: Lengths,
+    pub(super) constants: Constants,
 }
 
 impl Stepper {
@@ -64,10 +59,8 @@ impl Stepper {
             material: PointMaterial::extended(m, &setup.extensions, 0.0),
             drifting: (setup.extensions.growth_rate != 0.0).then(|| (m.clone(), setup.extensions)),
             shear_layer: setup.shear_layer,
-            compliance: setup.compliance,
             conditions: Conditions::new(&sample.mesh, &boundary),
             surface: Surface::new(&sample.mesh, &sample.geometry, &boundary, profile, setup.adhesion),
-            scheme: setup.solver.time_scheme,
             tolerance: setup.solver.newton_tolerance,
             stress_scale,
             length_scale,
@@ -79,10 +72,16 @@ impl Stepper {
             raw_residual: vec![0.0; unknowns],
             reaction_row: vec![0.0; unknowns],
             residual_norms: Vec::new(),
-            lengths: Lengths::default(),
+            constants: Constants {
+                lengths: Lengths::default(),
+                force_scale: stress_scale * length_scale * length_scale,
+                separates: true,
+                scheme: setup.solver.time_scheme,
+                compliance: setup.compliance,
+            },
             sample,
         };
-        stepper.lengths = stepper.undeformed(0.0).lengths();
+        stepper.constants.lengths = stepper.undeformed(0.0).lengths();
         stepper
     }
 

@@ -35,6 +35,7 @@ pub(super) struct StageSystem<'a> {
     pub raw_residual: &'a mut [f64],
     pub reaction_row: &'a mut [f64],
     pub linear: &'a mut LinearSolver,
+    pub statistics: &'a mut Statistics,
 }
 
 impl System for StageSystem<'_> {
@@ -140,14 +141,8 @@ impl System for StageSystem<'_> {
         Ok(square.sqrt())
     }
 
-    fn correct(
-        &mut self,
-        values: &[f64],
-        correction: &mut [f64],
-        _: Aim,
-        statistics: &mut Statistics,
-    ) -> Result<(), Singular> {
-        statistics.factorisations += 1;
+    fn correct(&mut self, values: &[f64], correction: &mut [f64], _: Aim) -> Result<(), Singular> {
+        self.statistics.factorisations += 1;
         self.linear.solve(values, correction)?;
         if self.compliance == 0.0 {
             return Ok(());
@@ -161,5 +156,9 @@ impl System for StageSystem<'_> {
 
     fn scale(&self) -> &[f64] {
         self.column_scale
+    }
+
+    fn statistics(&mut self) -> &mut Statistics {
+        self.statistics
     }
 }

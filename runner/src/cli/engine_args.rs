@@ -1,7 +1,8 @@
 //! Options shared by all commands that run the FMU.
 
+use super::job::JobArguments;
 use super::terminal;
-use crate::data::Measurement;
+use crate::data::{Measurement, Reading};
 use crate::engine::{Engine, EngineError, EngineOptions};
 use crate::inference::{Requests, Unknowns};
 use crate::parameter_set::{ParameterSet, ParameterSetError};
@@ -42,6 +43,17 @@ pub struct EngineArguments {
     #[arg(long, short, value_name = "N", default_value_t = 0, hide_default_value = true,
         value_parser = super::count::jobs)]
     pub jobs: usize,
+}
+
+/// What a command takes that runs the model beside tests that it reads.
+#[derive(Debug, Clone, Default, Args)]
+pub struct RunArguments {
+    #[command(flatten)]
+    pub(super) reading: Reading,
+    #[command(flatten)]
+    pub(super) engine: EngineArguments,
+    #[command(flatten)]
+    job: JobArguments,
 }
 
 impl EngineArguments {

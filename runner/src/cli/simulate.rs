@@ -1,16 +1,15 @@
 //! `runner simulate`: motion in, force curve out.
 
 use super::assumed;
-use super::engine_args::EngineArguments;
+use super::engine_args::{EngineArguments, RunArguments};
 use super::fields::FieldArguments;
 use super::idle::nothing_fitted;
-use super::job::{Invocation, JobArguments};
+use super::job::Invocation;
 use super::plots::force_plot;
 use super::protocols::motion;
 use super::terminal;
 use super::{CliResult, Ending};
 use crate::assumption::Assumption;
-use crate::data::Reading;
 use crate::output::{curve_csv, mark_written, write_file};
 use crate::pool::wiring::{Names, asks_for};
 use crate::pool::{ForceCurve, Job, Priority, RunFailure};
@@ -43,11 +42,7 @@ pub struct Arguments {
     #[command(flatten)]
     fields: FieldArguments,
     #[command(flatten)]
-    reading: Reading,
-    #[command(flatten)]
-    engine: EngineArguments,
-    #[command(flatten)]
-    job: JobArguments,
+    run: RunArguments,
 }
 
 /// A force curve: what `--json` prints. All series have the length of `time_s`.
@@ -105,10 +100,10 @@ impl Simulation {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
-    nothing_fitted(&arguments.reading, "simulate")?;
+    nothing_fitted(&arguments.run.reading, "simulate")?;
     let stop = &call.stop;
-    let motion = motion(&arguments.motion, arguments.cycles, arguments.points, &arguments.reading)?;
-    let single = EngineArguments { jobs: 1, ..arguments.engine.clone() };
+    let motion = motion(&arguments.motion, arguments.cycles, arguments.points, &arguments.run.reading)?;
+    let single = EngineArguments { jobs: 1, ..arguments.run.engine.clone() };
     let pvd = arguments.fields.pvd(&motion.name);
     arguments.fields.check_place(pvd.as_deref())?;
     let names = Names {
@@ -126,7 +121,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
             return Err(format!("the FMU has no real output `{name}` (--record)").into());
         }
     }
-    let settings = arguments.engine.settings(engine.wiring())?;
+    let settings = arguments.run.engine.settings(engine.wiring())?;
     let mut parameters = settings_from(engine.wiring(), &settings)?;
     parameters.extend(arguments.fields.parameters());
     if engine.wiring().outputs.iter().any(|p| p.name.starts_with(sensitivities::PREFIX)) {

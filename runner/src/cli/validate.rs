@@ -1,14 +1,14 @@
 //! `runner validate`: given parameters against measurements, without fitting.
 
 use super::assumed;
-use super::engine_args::EngineArguments;
+use super::engine_args::RunArguments;
 use super::identify::{observations, sample_height};
 use super::idle::nothing_fitted;
-use super::job::{Invocation, JobArguments};
+use super::job::Invocation;
 use super::terminal;
 use super::{CliResult, Ending};
 use crate::assumption::Assumption;
-use crate::data::{Reading, Wanted, read_tests};
+use crate::data::{Wanted, read_tests};
 use crate::identification::curves;
 use crate::noise::{Uncertainty, Weights, noise_model};
 use crate::output::{Folder, curve_csv};
@@ -37,11 +37,7 @@ pub struct Arguments {
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
-    #[command(flatten)]
-    engine: EngineArguments,
-    #[command(flatten)]
-    job: JobArguments,
+    run: RunArguments,
 }
 
 /// How given parameters meet measurements: what `--json` prints.
@@ -113,14 +109,14 @@ impl ValidatedTest {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
-    nothing_fitted(&arguments.reading, "validate")?;
+    nothing_fitted(&arguments.run.reading, "validate")?;
     let recorded = ["force_solid", "force_fluid"].map(str::to_owned);
-    let tests = read_tests(&arguments.measurements, Wanted::MotionAndForce, &arguments.reading)?;
-    let engine = arguments.engine.engine(&recorded, false, None, &call.stop)?;
-    let values = settings_from(engine.wiring(), &arguments.engine.settings(engine.wiring())?)?;
+    let tests = read_tests(&arguments.measurements, Wanted::MotionAndForce, &arguments.run.reading)?;
+    let engine = arguments.run.engine.engine(&recorded, false, None, &call.stop)?;
+    let values = settings_from(engine.wiring(), &arguments.run.engine.settings(engine.wiring())?)?;
     let weights =
         Weights { uncertainty: arguments.noise, specimens: arguments.specimens, ..Weights::default() };
-    let height = sample_height(&engine, &arguments.engine)?;
+    let height = sample_height(&engine, &arguments.run.engine)?;
     let tests = observations(tests, height)?;
     let assumptions = assumed::of(&engine, &values, &[]);
     let assumed = assumed::say_before(&assumptions);

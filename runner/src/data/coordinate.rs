@@ -44,34 +44,53 @@ const FEWEST: usize = 3;
 /// Puts displacement and force into the sample's coordinate; returns what is open.
 pub fn settle(m: &mut Measurement, own: Own, reading: &Reading) -> Vec<Question> {
     let mut questions = Vec::new();
-    let (flip_d, flip_f) = flips(m, own, reading);
-    if flip_d {
+    let flipped = flips(m, own, reading);
+    if flipped.displacement {
         m.displacement_m.iter_mut().for_each(|d| *d = -*d);
     }
-    if flip_f {
+    if flipped.force {
         reverse_force(m);
     }
-    let onset = onset(&m.displacement_m, &m.force_n);
-    tare(m, own, reading, flip_f, onset, &mut questions);
-    zero(m, own, reading, flip_d, onset, &mut questions);
+    let told = Told { own, reading, flipped, onset: onset(&m.displacement_m, &m.force_n) };
+    tare(m, &told, &mut questions);
+    zero(m, &told, &mut questions);
     questions
 }
 
+/// Which of displacement and force are reversed.
+#[derive(Clone, Copy)]
+struct Flipped {
+    displacement: bool,
+    force: bool,
+}
+
+/// What is known of a file when its zeros are looked for.
+struct Told<'a> {
+    own: Own,
+    reading: &'a Reading,
+    flipped: Flipped,
+    onset: Option<Onset>,
+}
+
 /// Whether displacement and force are reversed.
-fn flips(m: &mut Measurement, own: Own, reading: &Reading) -> (bool, bool) {
+fn flips(m: &mut Measurement, own: Own, reading: &Reading) -> Flipped {
+    let of = |displacement, force| Flipped { displacement, force };
     match reading.flip {
-        Some(Flip::Displacement) => return (true, false),
-        Some(Flip::Force) => return (false, true),
-        Some(Flip::Both) => return (true, true),
-        Some(Flip::None) => return (false, false),
+        Some(Flip::Displacement) => return of(true, false),
+        Some(Flip::Force) => return of(false, true),
+        Some(Flip::Both) => return of(true, true),
+        Some(Flip::None) => return of(false, false),
         None => {}
     }
     // The force is largest where the punch is in; a test in which it is not has no direction of its own.
-    let Some((motion, push)) = largest_push(m) else { return (false, false) };
-    let flip = ((motion < 0.0 && !own.displacement), (push < 0.0 && !own.force));
+    let Some((motion, push)) = largest_push(m) else { return of(false, false) };
+    let flip = of(motion < 0.0 && !own.displacement, push < 0.0 && !own.force);
     for (flipped, what) in [
-        (flip.0, "displacement grows away from the sample: its sign was reversed (--flip=none keeps it)"),
-        (flip.1, "tension is positive: the sign of the force was reversed (--flip=none keeps it)"),
+        (
+            flip.displacement,
+            "displacement grows away from the sample: its sign was reversed (--flip=none keeps it)",
+        ),
+        (flip.force, "tension is positive: the sign of the force was reversed (--flip=none keeps it)"),
     ] {
         if flipped {
             m.notes.push(what.to_owned());
@@ -103,23 +122,16 @@ fn reverse_force(m: &mut Measurement) {
 }
 
 /// Takes the load cell's zero off, or asks.
-fn tare(
-    m: &mut Measurement,
-    own: Own,
-    reading: &Reading,
-    flipped: bool,
-    onset: Option<Onset>,
-    questions: &mut Vec<Question>,
-) {
+fn tare(m: &mut Measurement, told: &Told<'_>, questions: &mut Vec<Question>) {
     let mn = |f: f64| format!("{:.4} mN", f * 1e3);
-    let offset = match reading.tare {
+    let offset = match told.reading.tare {
         Some(Tare::None) => return,
         Some(Tare::First) => m.force_n.first().copied(),
-        Some(Tare::At(value)) => Some(if flipped { -value } else { value }),
+        Some(Tare::At(value)) => Some(if told.flipped.force { -value } else { value }),
         // Where nothing stands before contact, the fit alone finds it.
-        Some(Tare::Fit) => onset.filter(|o| o.samples >= FEWEST).map(|o| o.base_n),
+        Some(Tare::Fit) => told.onset.filter(|o| o.samples >= FEWEST).map(|o| o.base_n),
         Some(Tare::OffContact) => {
-            let base = onset.filter(|o| o.samples >= 1).map(|o| o.base_n);
+            let base = told.onset.filter(|o| o.samples >= 1).map(|o| o.base_n);
             if base.is_none() {
                 questions.push(Question {
                     what: "the file has no samples before contact, so there is no force off contact"
@@ -130,7 +142,7 @@ fn tare(
             base
         }
         None => {
-            let Some(o) = onset.filter(|o| o.samples >= FEWEST) else { return };
+            let Some(o) = told.onset.filter(|o| o.samples >= FEWEST) else { return };
             let largest = m.force_n.iter().map(|f| (f - o.base_n).abs()).fold(0.0, f64::max);
             if o.base_n.abs() < (4.0 * o.base_sigma_n).max(SMALL * largest) {
                 return;
@@ -141,7 +153,7 @@ fn tare(
                 mn(o.base_n)
             );
             let answer = "--tare off-contact".to_owned();
-            if own.force {
+            if told.own.force {
                 m.warnings.push(format!("{what} {answer}, or --tare none"));
             } else {
                 questions.push(Question { what, answer });
@@ -156,40 +168,33 @@ fn tare(
 }
 
 /// Puts the zero of the displacement onto the surface, or asks.
-fn zero(
-    m: &mut Measurement,
-    own: Own,
-    reading: &Reading,
-    flipped: bool,
-    onset: Option<Onset>,
-    questions: &mut Vec<Question>,
-) {
+fn zero(m: &mut Measurement, told: &Told<'_>, questions: &mut Vec<Question>) {
     let mm = |d: f64| format!("{:.4} mm", d * 1e3);
     let first = m.displacement_m.first().copied().unwrap_or(0.0);
-    let surface = match reading.zero {
+    let surface = match told.reading.zero {
         Some(Zero::First) => Some(first),
-        Some(Zero::At(value)) => Some(if flipped { -value } else { value }),
+        Some(Zero::At(value)) => Some(if told.flipped.displacement { -value } else { value }),
         Some(Zero::Contact | Zero::Fit) => {
-            if onset.is_none() {
+            if told.onset.is_none() {
                 questions.push(Question {
                     what: "the force does not rise out of its noise, so there is no contact".to_owned(),
                     answer: format!("--zero {}mm", first * 1e3),
                 });
             }
-            onset.map(|o| o.at_m)
+            told.onset.map(|o| o.at_m)
         }
         None => {
             let depth = m.depth_m() - first.min(0.0);
-            let Some(o) = onset else { return };
+            let Some(o) = told.onset else { return };
             if o.at_m.abs() < (3.0 * o.sigma_m).max(SMALL * depth) {
                 return;
             }
             let what =
                 format!("the force starts at {} +- {}: is that the surface?", mm(o.at_m), mm(o.sigma_m));
-            if own.displacement {
+            if told.own.displacement {
                 m.warnings.push(format!("{what} --zero contact, or --zero 0"));
             } else {
-                let sign = if flipped { "(sign reversed) " } else { "" };
+                let sign = if told.flipped.displacement { "(sign reversed) " } else { "" };
                 questions.push(Question {
                     what: format!("{what} {sign}The file begins at {}", mm(first)),
                     answer: "--zero contact".to_owned(),

@@ -1,13 +1,11 @@
 //! The functions of an FMI 2.0 library.
 #![allow(unsafe_code)]
 
+use super::core::{Component, Plain};
+use super::states::StateNames;
 use super::symbols::functions;
 use std::ffi::{c_char, c_int, c_void};
 
-/// `fmi2Component`.
-pub type Component = *mut c_void;
-/// `fmi2FMUstate`.
-pub type State = *mut c_void;
 /// Signature of our logger: the fixed arguments only; C passes them alike to variadic functions.
 pub type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
 
@@ -23,18 +21,17 @@ pub struct Callbacks {
 
 type Get<T> = unsafe extern "C" fn(Component, *const u32, usize, *mut T) -> c_int;
 type Set<T> = unsafe extern "C" fn(Component, *const u32, usize, *const T) -> c_int;
-type Plain = unsafe extern "C" fn(Component) -> c_int;
 
-functions! { Binary2:
+functions! { Binary2: STATES;
     instantiate: "fmi2Instantiate" as unsafe extern "C" fn(
         *const c_char, c_int, *const c_char, *const c_char, *const Callbacks, c_int, c_int) -> Component;
     free_instance: "fmi2FreeInstance" as unsafe extern "C" fn(Component);
-    setup_experiment: "fmi2SetupExperiment" as unsafe extern "C" fn(
-        Component, c_int, f64, f64, c_int, f64) -> c_int;
     enter_initialization: "fmi2EnterInitializationMode" as Plain;
     exit_initialization: "fmi2ExitInitializationMode" as Plain;
     terminate: "fmi2Terminate" as Plain;
     reset: "fmi2Reset" as Plain;
+    setup_experiment: "fmi2SetupExperiment" as unsafe extern "C" fn(
+        Component, c_int, f64, f64, c_int, f64) -> c_int;
     get_real: "fmi2GetReal" as Get<f64>;
     get_integer: "fmi2GetInteger" as Get<c_int>;
     get_boolean: "fmi2GetBoolean" as Get<c_int>;
@@ -46,16 +43,12 @@ functions! { Binary2:
     do_step: "fmi2DoStep" as unsafe extern "C" fn(Component, f64, f64, c_int) -> c_int;
     #[optional] set_input_derivatives: "fmi2SetRealInputDerivatives" as unsafe extern "C" fn(
         Component, *const u32, usize, *const c_int, *const f64) -> c_int;
-    #[optional] get_state: "fmi2GetFMUstate" as unsafe extern "C" fn(Component, *mut State) -> c_int;
-    #[optional] set_state: "fmi2SetFMUstate" as unsafe extern "C" fn(Component, State) -> c_int;
-    #[optional] free_state: "fmi2FreeFMUstate" as unsafe extern "C" fn(Component, *mut State) -> c_int;
-    #[optional] state_size: "fmi2SerializedFMUstateSize" as unsafe extern "C" fn(
-        Component, State, *mut usize) -> c_int;
-    #[optional] serialize_state: "fmi2SerializeFMUstate" as unsafe extern "C" fn(
-        Component, State, *mut u8, usize) -> c_int;
-    #[optional] deserialize_state: "fmi2DeSerializeFMUstate" as unsafe extern "C" fn(
-        Component, *const u8, usize, *mut State) -> c_int;
 }
+
+const STATES: StateNames = StateNames {
+    handles: ["fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2FreeFMUstate"],
+    bytes: ["fmi2SerializedFMUstateSize", "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate"],
+};
 
 // Plain C memory for FMUs that want the master's. C's own calloc and free keep the size for us.
 unsafe extern "C" {

@@ -1,7 +1,8 @@
 //! The functions of an FMI 3.0 library.
 #![allow(unsafe_code)]
 
-use super::binary2::{Component, State};
+use super::core::{Component, Plain};
+use super::states::StateNames;
 use super::symbols::functions;
 use std::ffi::{c_char, c_int, c_void};
 
@@ -12,9 +13,8 @@ pub type LogMessage = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *c
 pub type Get<T> = unsafe extern "C" fn(Component, *const u32, usize, *mut T, usize) -> c_int;
 /// A set function.
 pub type Set<T> = unsafe extern "C" fn(Component, *const u32, usize, *const T, usize) -> c_int;
-type Plain = unsafe extern "C" fn(Component) -> c_int;
 
-functions! { Binary3:
+functions! { Binary3: STATES;
     instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(
         *const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void,
         LogMessage, *const c_void) -> Component;
@@ -51,13 +51,9 @@ functions! { Binary3:
     #[optional] set_string: "fmi3SetString" as Set<*const c_char>;
     do_step: "fmi3DoStep" as unsafe extern "C" fn(
         Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> c_int;
-    #[optional] get_state: "fmi3GetFMUState" as unsafe extern "C" fn(Component, *mut State) -> c_int;
-    #[optional] set_state: "fmi3SetFMUState" as unsafe extern "C" fn(Component, State) -> c_int;
-    #[optional] free_state: "fmi3FreeFMUState" as unsafe extern "C" fn(Component, *mut State) -> c_int;
-    #[optional] state_size: "fmi3SerializedFMUStateSize" as unsafe extern "C" fn(
-        Component, State, *mut usize) -> c_int;
-    #[optional] serialize_state: "fmi3SerializeFMUState" as unsafe extern "C" fn(
-        Component, State, *mut u8, usize) -> c_int;
-    #[optional] deserialize_state: "fmi3DeserializeFMUState" as unsafe extern "C" fn(
-        Component, *const u8, usize, *mut State) -> c_int;
 }
+
+const STATES: StateNames = StateNames {
+    handles: ["fmi3GetFMUState", "fmi3SetFMUState", "fmi3FreeFMUState"],
+    bytes: ["fmi3SerializedFMUStateSize", "fmi3SerializeFMUState", "fmi3DeserializeFMUState"],
+};

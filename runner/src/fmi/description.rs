@@ -1,7 +1,7 @@
 //! `modelDescription.xml`, read.
 
 use super::FmiError;
-use super::description3::parse3;
+use super::description3::variables3;
 use super::places::Places;
 use roxmltree::{Document, Node};
 
@@ -130,39 +130,41 @@ impl ModelDescription {
         if root.tag_name().name() != "fmiModelDescription" {
             return Err(bad(root, "the root element is not fmiModelDescription"));
         }
-        match required(root, "fmiVersion")? {
-            version if version == "2.0" => Self::parse2(root),
+        let version = match required(root, "fmiVersion")? {
+            version if version == "2.0" => Version::Two,
             // Minor versions of FMI 3 only add to it.
-            version if version.starts_with("3.") => parse3(root),
-            found => Err(FmiError::Version { found }),
-        }
-    }
-
-    fn parse2(root: Node) -> Result<Self, FmiError> {
+            version if version.starts_with("3.") => Version::Three,
+            found => return Err(FmiError::Version { found }),
+        };
         let co_simulation = child(root, "CoSimulation").ok_or(FmiError::NoCoSimulation)?;
-        let flag = |name| matches!(co_simulation.attribute(name), Some("true" | "1"));
+        let flag = |name: &str| matches!(co_simulation.attribute(name), Some("true" | "1"));
+        let (token, state) = match version {
+            Version::Two => ("guid", "FMUstate"),
+            Version::Three => ("instantiationToken", "FMUState"),
+        };
         let capabilities = Capabilities {
             variable_step_size: flag("canHandleVariableCommunicationStepSize"),
-            interpolate_inputs: flag("canInterpolateInputs"),
-            get_and_set_state: flag("canGetAndSetFMUstate"),
-            serialize_state: flag("canSerializeFMUstate"),
+            // FMI 3.0 has no derivatives of inputs.
+            interpolate_inputs: version == Version::Two && flag("canInterpolateInputs"),
+            get_and_set_state: flag(&format!("canGetAndSet{state}")),
+            serialize_state: flag(&format!("canSerialize{state}")),
             only_once_per_process: flag("canBeInstantiatedOnlyOncePerProcess"),
         };
-        let variables = child(root, "ModelVariables")
-            .ok_or_else(|| bad(root, "there is no ModelVariables"))?
-            .children()
-            .filter(|node| node.has_tag_name("ScalarVariable"))
-            .map(|node| scalar_variable(root, node))
-            .collect::<Result<_, _>>()?;
+        let declared =
+            child(root, "ModelVariables").ok_or_else(|| bad(root, "there is no ModelVariables"))?;
+        let (variables, places) = match version {
+            Version::Two => (scalar_variables(root, declared)?, Places::default()),
+            Version::Three => variables3(root, declared)?,
+        };
         Ok(Self {
-            version: Version::Two,
+            version,
             model_name: required(root, "modelName")?,
             model_identifier: required(co_simulation, "modelIdentifier")?,
-            guid: required(root, "guid")?,
+            guid: required(root, token)?,
             variables,
             capabilities,
             default_experiment: default_experiment(root)?,
-            places: Places::default(),
+            places,
         })
     }
 
@@ -176,13 +178,18 @@ impl ModelDescription {
     }
 }
 
-pub(super) fn default_experiment(root: Node) -> Result<DefaultExperiment, FmiError> {
+fn default_experiment(root: Node) -> Result<DefaultExperiment, FmiError> {
     let Some(node) = child(root, "DefaultExperiment") else { return Ok(DefaultExperiment::default()) };
     Ok(DefaultExperiment {
         start_time: number(node, "startTime")?,
         stop_time: number(node, "stopTime")?,
         step_size: number(node, "stepSize")?,
     })
+}
+
+fn scalar_variables(root: Node, declared: Node) -> Result<Vec<ScalarVariable>, FmiError> {
+    let nodes = declared.children().filter(|node| node.has_tag_name("ScalarVariable"));
+    nodes.map(|node| scalar_variable(root, node)).collect()
 }
 
 fn scalar_variable(root: Node, node: Node) -> Result<ScalarVariable, FmiError> {

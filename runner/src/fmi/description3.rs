@@ -1,9 +1,8 @@
-//! `modelDescription.xml` of FMI 3.0: every element of an array becomes a scalar variable.
+//! Variables of FMI 3.0 in `modelDescription.xml`: every element of an array becomes a scalar variable.
 
 use super::FmiError;
 use super::description::{
-    Capabilities, ModelDescription, ScalarVariable, VariableKind, Version, bad, child, default_experiment,
-    display_factor, items, number, parse, required,
+    ScalarVariable, VariableKind, bad, child, display_factor, items, number, parse, required,
 };
 use super::places::{Base, Elements, Place, Places};
 use poropunch::model_description::fmi3::ELEMENTS;
@@ -13,23 +12,9 @@ use std::collections::BTreeMap;
 /// Arrays of more elements are not looked into: nobody addresses their elements one by one.
 const MOST_ELEMENTS: usize = 1 << 16;
 
-/// Reads the document.
-pub fn parse3(root: Node) -> Result<ModelDescription, FmiError> {
-    let co_simulation = child(root, "CoSimulation").ok_or(FmiError::NoCoSimulation)?;
-    let flag = |name| matches!(co_simulation.attribute(name), Some("true" | "1"));
-    let capabilities = Capabilities {
-        variable_step_size: flag("canHandleVariableCommunicationStepSize"),
-        // FMI 3.0 has no derivatives of inputs.
-        interpolate_inputs: false,
-        get_and_set_state: flag("canGetAndSetFMUState"),
-        serialize_state: flag("canSerializeFMUState"),
-        only_once_per_process: flag("canBeInstantiatedOnlyOncePerProcess"),
-    };
-    let nodes: Vec<Node> = child(root, "ModelVariables")
-        .ok_or_else(|| bad(root, "there is no ModelVariables"))?
-        .children()
-        .filter(Node::is_element)
-        .collect();
+/// Scalar variables of the declared ones, and where they stand.
+pub fn variables3(root: Node, declared: Node) -> Result<(Vec<ScalarVariable>, Places), FmiError> {
+    let nodes: Vec<Node> = declared.children().filter(Node::is_element).collect();
     let mut next =
         1 + nodes.iter().filter_map(|&node| reference(node, "valueReference").ok()).max().unwrap_or(0);
     let sizes = sizes(&nodes);
@@ -37,16 +22,7 @@ pub fn parse3(root: Node) -> Result<ModelDescription, FmiError> {
     for &node in &nodes {
         variable(root, node, &sizes, &mut next, &mut variables, &mut places)?;
     }
-    Ok(ModelDescription {
-        version: Version::Three,
-        model_name: required(root, "modelName")?,
-        model_identifier: required(co_simulation, "modelIdentifier")?,
-        guid: required(root, "instantiationToken")?,
-        variables,
-        capabilities,
-        default_experiment: default_experiment(root)?,
-        places,
-    })
+    Ok((variables, places))
 }
 
 fn reference(node: Node, name: &str) -> Result<u32, FmiError> {

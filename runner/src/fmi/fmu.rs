@@ -100,10 +100,6 @@ impl Fmu {
             Binary::Three(binary) => Box::new(Instance3::new(binary, description, files, name)?),
         })
     }
-
-    pub(super) fn shared_description(&self) -> &Arc<ModelDescription> {
-        &self.description
-    }
 }
 
 /// The newest of the library's copies around this program: cargo keeps one in `deps` and links it one

@@ -2,11 +2,12 @@
 #![allow(unsafe_code)]
 
 use super::archive::Files;
-use super::binary2::{Binary2, Callbacks, Component, calloc, free};
-use super::instance::{Face, FmuState, Messages, c_text};
-use super::states::states;
+use super::binary2::{Binary2, Callbacks, calloc, free};
+use super::core::{Call, Core, c_text, heard};
+use super::instance::Face;
 use super::{FmiError, ModelDescription};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ptr::{null, null_mut};
 use std::sync::Arc;
 
 unsafe extern "C" fn log(
@@ -16,29 +17,21 @@ unsafe extern "C" fn log(
     _category: *const c_char,
     message: *const c_char,
 ) {
-    // 0 is fmi2OK: events, not failures.
-    if environment.is_null() || message.is_null() || status == 0 {
-        return;
+    // SAFETY: the environment is the `Messages` of the instance that called, alive until it is freed; the message is a C string.
+    if let Some((messages, text)) = unsafe { heard(environment, status, message) } {
+        messages.push(text.replace("%%", "%").replace("##", "#"));
     }
-    // SAFETY: the environment is the `Messages` of the instance that called, alive until it is freed.
-    let messages = unsafe { &*environment.cast::<Messages>() };
-    // SAFETY: the standard promises a C string.
-    let text = unsafe { CStr::from_ptr(message) }.to_string_lossy().replace("%%", "%").replace("##", "#");
-    messages.push(text);
 }
 
 /// One instance. Send: it may move between threads, but is used by one at a time.
 pub struct Instance2 {
-    component: Component,
-    messages: Box<Messages>,
+    core: Core,
     // The struct must stay where it is: some FMUs keep the pointer instead of a copy.
     _callbacks: Box<Callbacks>,
     binary: Arc<Binary2>,
-    description: Arc<ModelDescription>,
-    _files: Option<Arc<Files>>,
 }
 
-// SAFETY: FMI allows an instance to be called from any thread, one at a time; `&mut self` sees to that.
+// SAFETY: as a `Core`; the callbacks are only handed to the FMU.
 unsafe impl Send for Instance2 {}
 
 impl Instance2 {
@@ -48,29 +41,25 @@ impl Instance2 {
         files: Option<&Arc<Files>>,
         name: &str,
     ) -> Result<Self, FmiError> {
-        let messages = Box::<Messages>::default();
-        let environment = (&raw const *messages).cast_mut().cast();
-        let callbacks = Box::new(Callbacks {
+        let mut callbacks = Box::new(Callbacks {
             logger: log,
             allocate: calloc,
             free,
-            step_finished: std::ptr::null(),
-            environment,
+            step_finished: null(),
+            environment: null_mut(),
         });
-        let description = description.clone();
-        let (name, guid) = (c_text(name)?, c_text(&description.guid)?);
-        let resources = files.map(|files| c_text(&files.resource_uri())).transpose()?;
-        let resources = resources.as_ref().map_or(std::ptr::null(), |uri| uri.as_ptr());
-        let binary = binary.clone();
-        // SAFETY: all strings live until the call returns; callbacks and messages as long as the component.
-        let component = unsafe {
-            (binary.instantiate)(name.as_ptr(), 1, guid.as_ptr(), resources, &raw const *callbacks, 0, 0)
+        let instantiate = |Call { name, guid, resources, environment }: Call<'_>| {
+            callbacks.environment = environment;
+            let callbacks = &raw const *callbacks;
+            // SAFETY: all strings live until the call returns; callbacks and messages as long as the component.
+            unsafe { (binary.instantiate)(name.as_ptr(), 1, guid.as_ptr(), resources, callbacks, 0, 0) }
         };
-        if component.is_null() {
-            return Err(FmiError::Refused(messages.reason()));
-        }
-        let files = files.cloned();
-        Ok(Self { component, messages, _callbacks: callbacks, binary, description, _files: files })
+        let resources = files.map(|files| files.resource_uri());
+        let own = (binary.states, binary.free_instance);
+        // SAFETY: all functions are of this library.
+        let core =
+            unsafe { Core::new(binary.clone(), own, description, (files, resources), name, instantiate)? };
+        Ok(Self { core, _callbacks: callbacks, binary: binary.clone() })
     }
 }
 
@@ -81,9 +70,14 @@ macro_rules! access {
             let mut values = vec![<$c>::default(); references.len()];
             // SAFETY: a live component of this library; the arrays have the stated length.
             let status = unsafe {
-                (self.binary.$get)(self.component, references.as_ptr(), references.len(), values.as_mut_ptr())
+                (self.binary.$get)(
+                    self.core.component,
+                    references.as_ptr(),
+                    references.len(),
+                    values.as_mut_ptr(),
+                )
             };
-            self.messages.check($get_name, status)?;
+            self.core.messages.check($get_name, status)?;
             Ok(values.into_iter().map($from).collect())
         }
 
@@ -92,55 +86,52 @@ macro_rules! access {
             let values: Vec<$c> = values.iter().copied().map($to).collect();
             // SAFETY: a live component of this library; the arrays have the stated length.
             let status = unsafe {
-                (self.binary.$set)(self.component, references.as_ptr(), references.len(), values.as_ptr())
+                (self.binary.$set)(
+                    self.core.component,
+                    references.as_ptr(),
+                    references.len(),
+                    values.as_ptr(),
+                )
             };
-            self.messages.check($set_name, status)
+            self.core.messages.check($set_name, status)
         }
     };
 }
 
 impl Face for Instance2 {
-    fn messages(&self) -> &Messages {
-        &self.messages
+    fn core(&self) -> &Core {
+        &self.core
     }
 
     fn setup_experiment(&mut self, start_time: f64, stop_time: Option<f64>) -> Result<(), FmiError> {
         let (defined, stop) = (c_int::from(stop_time.is_some()), stop_time.unwrap_or(0.0));
         // SAFETY: a live component of this library; so for all calls below.
         let status =
-            unsafe { (self.binary.setup_experiment)(self.component, 0, 0.0, start_time, defined, stop) };
-        self.messages.check("fmi2SetupExperiment", status)
+            unsafe { (self.binary.setup_experiment)(self.core.component, 0, 0.0, start_time, defined, stop) };
+        self.core.messages.check("fmi2SetupExperiment", status)
     }
 
     fn enter_initialization_mode(&mut self) -> Result<(), FmiError> {
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.enter_initialization)(self.component) };
-        self.messages.check("fmi2EnterInitializationMode", status)
+        self.core.call("fmi2EnterInitializationMode", self.binary.enter_initialization)
     }
 
     fn exit_initialization_mode(&mut self) -> Result<(), FmiError> {
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.exit_initialization)(self.component) };
-        self.messages.check("fmi2ExitInitializationMode", status)
+        self.core.call("fmi2ExitInitializationMode", self.binary.exit_initialization)
     }
 
     fn do_step(&mut self, current_time: f64, step_size: f64) -> Result<(), FmiError> {
         // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.do_step)(self.component, current_time, step_size, 1) };
-        self.messages.check("fmi2DoStep", status)
+        let status = unsafe { (self.binary.do_step)(self.core.component, current_time, step_size, 1) };
+        self.core.messages.check("fmi2DoStep", status)
     }
 
     fn terminate(&mut self) -> Result<(), FmiError> {
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.terminate)(self.component) };
-        self.messages.check("fmi2Terminate", status)
+        self.core.call("fmi2Terminate", self.binary.terminate)
     }
 
     fn reset(&mut self) -> Result<(), FmiError> {
-        self.messages.take();
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.reset)(self.component) };
-        self.messages.check("fmi2Reset", status)
+        self.core.messages.take();
+        self.core.call("fmi2Reset", self.binary.reset)
     }
 
     fn set_input_derivatives(
@@ -150,24 +141,17 @@ impl Face for Instance2 {
         values: &[f64],
     ) -> Result<(), FmiError> {
         assert!(references.len() == orders.len() && orders.len() == values.len(), "slices differ in length");
-        let set =
-            self.binary.set_input_derivatives.filter(|_| self.description.capabilities.interpolate_inputs);
+        let set = self
+            .binary
+            .set_input_derivatives
+            .filter(|_| self.core.description.capabilities.interpolate_inputs);
         let set = set.ok_or(FmiError::NotSupported("take derivatives of inputs"))?;
         // SAFETY: a live component of this library; the arrays have the stated length.
         let status = unsafe {
-            set(self.component, references.as_ptr(), references.len(), orders.as_ptr(), values.as_ptr())
+            set(self.core.component, references.as_ptr(), references.len(), orders.as_ptr(), values.as_ptr())
         };
-        self.messages.check("fmi2SetRealInputDerivatives", status)
+        self.core.messages.check("fmi2SetRealInputDerivatives", status)
     }
-
-    states!(
-        "fmi2GetFMUstate",
-        "fmi2SetFMUstate",
-        "fmi2FreeFMUstate",
-        "fmi2SerializedFMUstateSize",
-        "fmi2SerializeFMUstate",
-        "fmi2DeSerializeFMUstate"
-    );
 
     access!(get_real, set_real, f64, f64, "fmi2GetReal", "fmi2SetReal", |v| v, |v| v);
     access!(get_integer, set_integer, i32, c_int, "fmi2GetInteger", "fmi2SetInteger", |v| v, |v| v);
@@ -187,8 +171,8 @@ impl Face for Instance2 {
         let mut values = vec![std::ptr::null(); references.len()];
         // SAFETY: a live component of this library; the arrays have the stated length.
         let status =
-            unsafe { get(self.component, references.as_ptr(), references.len(), values.as_mut_ptr()) };
-        self.messages.check("fmi2GetString", status)?;
+            unsafe { get(self.core.component, references.as_ptr(), references.len(), values.as_mut_ptr()) };
+        self.core.messages.check("fmi2GetString", status)?;
         let copy = |value: *const c_char| {
             if value.is_null() {
                 return String::new();
@@ -205,14 +189,8 @@ impl Face for Instance2 {
         let texts: Vec<CString> = values.iter().map(|value| c_text(value)).collect::<Result<_, _>>()?;
         let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
         // SAFETY: a live component of this library; the arrays have the stated length and outlive the call.
-        let status = unsafe { set(self.component, references.as_ptr(), references.len(), pointers.as_ptr()) };
-        self.messages.check("fmi2SetString", status)
-    }
-}
-
-impl Drop for Instance2 {
-    fn drop(&mut self) {
-        // SAFETY: a live component of this library, not used afterwards.
-        unsafe { (self.binary.free_instance)(self.component) };
+        let status =
+            unsafe { set(self.core.component, references.as_ptr(), references.len(), pointers.as_ptr()) };
+        self.core.messages.check("fmi2SetString", status)
     }
 }

@@ -2,11 +2,10 @@
 #![allow(unsafe_code)]
 
 use super::archive::Files;
-use super::binary2::Component;
 use super::binary3::{Binary3, Get, Set};
-use super::instance::{Face, FmuState, Messages, c_text};
+use super::core::{Call, Core, c_text, heard};
+use super::instance::Face;
 use super::places::{Base, Place};
-use super::states::states;
 use super::{FmiError, ModelDescription};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -20,32 +19,22 @@ unsafe extern "C" fn log(
     _category: *const c_char,
     message: *const c_char,
 ) {
-    // 0 is fmi3OK: events, not failures.
-    if environment.is_null() || message.is_null() || status == 0 {
-        return;
+    // SAFETY: the environment is the `Messages` of the instance that called, alive until it is freed; the message is a C string.
+    if let Some((messages, text)) = unsafe { heard(environment, status, message) } {
+        messages.push(text);
     }
-    // SAFETY: the environment is the `Messages` of the instance that called, alive until it is freed.
-    let messages = unsafe { &*environment.cast::<Messages>() };
-    // SAFETY: the standard promises a C string.
-    messages.push(unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned());
 }
 
 /// One instance. Send: it may move between threads, but is used by one at a time.
 pub struct Instance3 {
-    component: Component,
-    messages: Box<Messages>,
+    core: Core,
     binary: Arc<Binary3>,
-    description: Arc<ModelDescription>,
     experiment: (f64, Option<f64>),
     /// Whether variables may be read.
     readable: bool,
     /// Numbers of the arrays as they were set: FMI sets whole arrays, this program elements.
     arrays: BTreeMap<u32, Vec<f64>>,
-    _files: Option<Arc<Files>>,
 }
-
-// SAFETY: FMI allows an instance to be called from any thread, one at a time; `&mut self` sees to that.
-unsafe impl Send for Instance3 {}
 
 impl Instance3 {
     pub fn new(
@@ -54,41 +43,35 @@ impl Instance3 {
         files: Option<&Arc<Files>>,
         name: &str,
     ) -> Result<Self, FmiError> {
-        let messages = Box::<Messages>::default();
-        let environment = (&raw const *messages).cast_mut().cast();
-        let (name, token) = (c_text(name)?, c_text(&description.guid)?);
-        let resources = files.map(|files| c_text(&files.resource_path())).transpose()?;
-        let resources = resources.as_ref().map_or(null(), |path| path.as_ptr());
-        // SAFETY: all strings live until the call returns; the messages as long as the component.
-        let component = unsafe {
-            (binary.instantiate)(
-                name.as_ptr(),
-                token.as_ptr(),
-                resources,
-                false,
-                false,
-                false,
-                false,
-                null(),
-                0,
-                environment,
-                log,
-                null(),
-            )
+        let instantiate = |Call { name, guid, resources, environment }: Call<'_>| {
+            let (name, token) = (name.as_ptr(), guid.as_ptr());
+            let no = false;
+            // SAFETY: all strings live until the call returns; the messages as long as the component.
+            unsafe {
+                (binary.instantiate)(
+                    name,
+                    token,
+                    resources,
+                    no,
+                    no,
+                    no,
+                    no,
+                    null(),
+                    0,
+                    environment,
+                    log,
+                    null(),
+                )
+            }
         };
-        if component.is_null() {
-            return Err(FmiError::Refused(messages.reason()));
-        }
-        let mut instance = Self {
-            component,
-            messages,
-            binary: Arc::clone(binary),
-            description: Arc::clone(description),
-            experiment: (0.0, None),
-            readable: false,
-            arrays: BTreeMap::new(),
-            _files: files.cloned(),
-        };
+        let resources = files.map(|files| files.resource_path());
+        let own = (binary.states, binary.free_instance);
+        // SAFETY: all functions are of this library.
+        let core =
+            unsafe { Core::new(binary.clone(), own, description, (files, resources), name, instantiate)? };
+        let binary = binary.clone();
+        let mut instance =
+            Self { core, binary, experiment: (0.0, None), readable: false, arrays: BTreeMap::new() };
         instance.forget();
         Ok(instance)
     }
@@ -96,18 +79,18 @@ impl Instance3 {
     /// As after the instantiation.
     fn forget(&mut self) {
         (self.experiment, self.readable) = ((0.0, None), false);
-        let starts = self.description.places.starts.iter();
+        let starts = self.core.description.places.starts.iter();
         let arrays = starts.filter(|(_, elements)| elements.numbers.len() > 1);
         self.arrays = arrays.map(|(&reference, elements)| (reference, elements.numbers.clone())).collect();
     }
 
     fn place(&self, reference: u32) -> Result<Place, FmiError> {
-        let place = self.description.places.scalars.get(&reference);
+        let place = self.core.description.places.scalars.get(&reference);
         place.copied().ok_or_else(|| FmiError::UnknownVariable(format!("reference {reference}")))
     }
 
     fn length(&self, reference: u32) -> usize {
-        self.description.places.starts.get(&reference).map_or(1, |elements| elements.numbers.len())
+        self.core.description.places.starts.get(&reference).map_or(1, |elements| elements.numbers.len())
     }
 
     /// Values of scalars as numbers (Booleans: 0 or 1): one call for every type.
@@ -214,8 +197,9 @@ impl Instance3 {
         let mut values = vec![T::default(); variables.iter().map(|&v| self.length(v)).sum()];
         let (n, n_values) = (variables.len(), values.len());
         // SAFETY: a live component of this library; the arrays have the stated length.
-        let status = unsafe { get(self.component, variables.as_ptr(), n, values.as_mut_ptr(), n_values) };
-        self.messages.check(function, status)?;
+        let status =
+            unsafe { get(self.core.component, variables.as_ptr(), n, values.as_mut_ptr(), n_values) };
+        self.core.messages.check(function, status)?;
         Ok(values.into_iter().map(from).collect())
     }
 
@@ -231,14 +215,15 @@ impl Instance3 {
         let values: Vec<T> = values.iter().copied().map(to).collect();
         let n = variables.len();
         // SAFETY: a live component of this library; the arrays have the stated length.
-        let status = unsafe { set(self.component, variables.as_ptr(), n, values.as_ptr(), values.len()) };
-        self.messages.check(function, status)
+        let status =
+            unsafe { set(self.core.component, variables.as_ptr(), n, values.as_ptr(), values.len()) };
+        self.core.messages.check(function, status)
     }
 }
 
 impl Face for Instance3 {
-    fn messages(&self) -> &Messages {
-        &self.messages
+    fn core(&self) -> &Core {
+        &self.core
     }
 
     fn setup_experiment(&mut self, start_time: f64, stop_time: Option<f64>) -> Result<(), FmiError> {
@@ -250,17 +235,16 @@ impl Face for Instance3 {
         let (start, stop) = self.experiment;
         let (defined, stop) = (stop.is_some(), stop.unwrap_or(0.0));
         // SAFETY: a live component of this library; so for all calls below.
-        let status =
-            unsafe { (self.binary.enter_initialization)(self.component, false, 0.0, start, defined, stop) };
-        self.messages.check("fmi3EnterInitializationMode", status)?;
+        let status = unsafe {
+            (self.binary.enter_initialization)(self.core.component, false, 0.0, start, defined, stop)
+        };
+        self.core.messages.check("fmi3EnterInitializationMode", status)?;
         self.readable = true;
         Ok(())
     }
 
     fn exit_initialization_mode(&mut self) -> Result<(), FmiError> {
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.exit_initialization)(self.component) };
-        self.messages.check("fmi3ExitInitializationMode", status)
+        self.core.call("fmi3ExitInitializationMode", self.binary.exit_initialization)
     }
 
     fn do_step(&mut self, current_time: f64, step_size: f64) -> Result<(), FmiError> {
@@ -269,7 +253,7 @@ impl Face for Instance3 {
         // SAFETY: a live component of this library; the places live here.
         let status = unsafe {
             (self.binary.do_step)(
-                self.component,
+                self.core.component,
                 current_time,
                 step_size,
                 true,
@@ -279,7 +263,7 @@ impl Face for Instance3 {
                 places.3,
             )
         };
-        self.messages.check("fmi3DoStep", status)?;
+        self.core.messages.check("fmi3DoStep", status)?;
         let cut = if ends != 0 {
             "the FMU wants to end the simulation"
         } else if early != 0 {
@@ -292,16 +276,12 @@ impl Face for Instance3 {
     }
 
     fn terminate(&mut self) -> Result<(), FmiError> {
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.terminate)(self.component) };
-        self.messages.check("fmi3Terminate", status)
+        self.core.call("fmi3Terminate", self.binary.terminate)
     }
 
     fn reset(&mut self) -> Result<(), FmiError> {
-        self.messages.take();
-        // SAFETY: a live component of this library.
-        let status = unsafe { (self.binary.reset)(self.component) };
-        self.messages.check("fmi3Reset", status)?;
+        self.core.messages.take();
+        self.core.call("fmi3Reset", self.binary.reset)?;
         self.forget();
         Ok(())
     }
@@ -309,15 +289,6 @@ impl Face for Instance3 {
     fn set_input_derivatives(&mut self, _: &[u32], _: &[i32], _: &[f64]) -> Result<(), FmiError> {
         Err(FmiError::NotSupported("take derivatives of inputs"))
     }
-
-    states!(
-        "fmi3GetFMUState",
-        "fmi3SetFMUState",
-        "fmi3FreeFMUState",
-        "fmi3SerializedFMUStateSize",
-        "fmi3SerializeFMUState",
-        "fmi3DeserializeFMUState"
-    );
 
     fn get_real(&mut self, references: &[u32]) -> Result<Vec<f64>, FmiError> {
         self.numbers(references)
@@ -353,9 +324,9 @@ impl Face for Instance3 {
             let mut values: Vec<*const c_char> = vec![null(); self.length(place.reference)];
             // SAFETY: a live component of this library; the arrays have the stated length.
             let status = unsafe {
-                get(self.component, &raw const place.reference, 1, values.as_mut_ptr(), values.len())
+                get(self.core.component, &raw const place.reference, 1, values.as_mut_ptr(), values.len())
             };
-            self.messages.check("fmi3GetString", status)?;
+            self.core.messages.check("fmi3GetString", status)?;
             let text = values.get(place.index).copied().filter(|text| !text.is_null());
             // SAFETY: not NULL, and a C string of the FMU's that lives until its next call.
             let text = text.map(|text| unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned());
@@ -376,14 +347,7 @@ impl Face for Instance3 {
         let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
         let n = own.len();
         // SAFETY: a live component of this library; the arrays have the stated length and outlive the call.
-        let status = unsafe { set(self.component, own.as_ptr(), n, pointers.as_ptr(), n) };
-        self.messages.check("fmi3SetString", status)
-    }
-}
-
-impl Drop for Instance3 {
-    fn drop(&mut self) {
-        // SAFETY: a live component of this library, not used afterwards.
-        unsafe { (self.binary.free_instance)(self.component) };
+        let status = unsafe { set(self.core.component, own.as_ptr(), n, pointers.as_ptr(), n) };
+        self.core.messages.check("fmi3SetString", status)
     }
 }

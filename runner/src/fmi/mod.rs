@@ -8,6 +8,7 @@
 mod archive;
 mod binary2;
 mod binary3;
+mod core;
 mod description;
 mod description3;
 mod error;
@@ -25,4 +26,5 @@ pub use description::{
 };
 pub use error::FmiError;
 pub use fmu::{Fmu, builtin_library};
-pub use instance::{FmuInstance, FmuState};
+pub use instance::FmuInstance;
+pub use states::FmuState;

@@ -1,11 +1,13 @@
 //! The functions of a shared library, looked up once.
 
-/// Declares the table of functions and how it is filled from a library.
+/// Declares the table of functions and how it is filled from a library and from the names of its functions for states.
 macro_rules! functions {
-    ($name:ident: $($(#[$optional:ident])? $field:ident: $symbol:literal as $signature:ty;)+) => {
+    ($name:ident: $states:expr; $($(#[$optional:ident])? $field:ident: $symbol:literal as $signature:ty;)+) => {
         /// The functions this program calls; the library stays loaded as long as they exist.
         pub struct $name {
             $(pub $field: $crate::fmi::symbols::functions!(@type $($optional)? $signature),)+
+            /// Functions for states.
+            pub states: $crate::fmi::states::StateFunctions,
             _library: ::libloading::Library,
         }
 
@@ -22,6 +24,7 @@ macro_rules! functions {
                 unsafe {
                     Ok(Self {
                         $($field: $crate::fmi::symbols::functions!(@load $($optional)? library, $symbol, $signature),)+
+                        states: $crate::fmi::states::StateFunctions::of(&library, $states),
                         _library: library,
                     })
                 }

@@ -120,6 +120,10 @@ pub(super) fn as_read(test: &TestInspection) -> Option<Shapes> {
     Some(Shapes::of(&chart))
 }
 
+fn force_axis((low, high): (f64, f64)) -> Axis {
+    Axis::linear("force (mN)").with_range(low, high)
+}
+
 /// Loading of the first cycle, phases behind it.
 pub(super) fn loading(test: &TestInspection) -> Option<String> {
     let c = test.cycles.first()?;
@@ -130,12 +134,7 @@ pub(super) fn loading(test: &TestInspection) -> Option<String> {
     let limits = range(part.force_mn.iter().chain(quartiles));
     let axis = Axis::linear("time since the surface was passed (s)")
         .with_range(from - c.ramp_start_s, to - c.ramp_start_s);
-    let mut chart = Chart::new(
-        "Loading of cycle 1",
-        axis,
-        Axis::linear("force (mN)").with_range(limits.0, limits.1),
-        HALF,
-    );
+    let mut chart = Chart::new("Loading of cycle 1", axis, force_axis(limits), HALF);
     let bands: Vec<_> = phases(c)
         .into_iter()
         .map(|(p, a, b)| (p, a.max(from) - c.ramp_start_s, b.min(to) - c.ramp_start_s))
@@ -166,12 +165,7 @@ pub(super) fn holds(test: &TestInspection) -> Option<String> {
         return None;
     }
     let axis = Axis::log("time since the end of the ramp (s)").with_range(start, first.hold_s);
-    let chart = Chart::new(
-        "Holds of all cycles",
-        axis,
-        Axis::linear("force (mN)").with_range(limits.0, limits.1),
-        HALF,
-    );
+    let chart = Chart::new("Holds of all cycles", axis, force_axis(limits), HALF);
     let bands: Vec<_> = phases(first)
         .into_iter()
         .filter(|b| b.1 >= first.ramp_end_s && b.2 <= first.hold_end_s)

@@ -94,6 +94,20 @@ pub struct Value {
     pub is_closed: bool,
 }
 
+impl Value {
+    /// A value that the data end on both sides, with its interval's ends and half-width in ln(value).
+    fn of(
+        words: &mut Words,
+        (symbol, unit): (&str, &str),
+        [value, lower, upper]: [f64; 3],
+        half_width: f64,
+        determination: Determination,
+    ) -> Self {
+        let (symbol, unit, ln_sigma) = (words.get(symbol), words.get(unit), half_width / NORMAL);
+        Self { symbol, unit, value, lower, upper, ln_sigma, determination, is_closed: true }
+    }
+}
+
 /// Measured and model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
@@ -125,30 +139,17 @@ pub struct Fit {
 impl FitAnswer {
     /// What a study keeps of it.
     pub fn digest(self, words: &mut Words) -> Fit {
-        let of_parameter = |p: &ParameterRow, words: &mut Words| Value {
-            symbol: words.get(&p.symbol),
-            unit: words.get(&p.unit),
-            value: p.value,
-            lower: p.lower,
-            upper: p.upper,
-            ln_sigma: p.half_width / NORMAL,
-            determination: p.determination,
-            is_closed: p.open == [false; 2] && p.at_bound.is_none(),
-        };
-        let of_combination = |d: &DerivedRow, words: &mut Words| Value {
-            symbol: words.get(&d.symbol),
-            unit: words.get(&d.unit),
-            value: d.value,
-            lower: d.lower,
-            upper: d.upper,
-            ln_sigma: d.half_width / NORMAL,
-            determination: d.determination,
-            is_closed: true,
-        };
-        let mut values: Vec<Value> = self.derived.iter().map(|d| of_combination(d, words)).collect();
-        for parameter in &self.parameters {
-            if !values.iter().any(|v| *v.symbol == *parameter.symbol) {
-                values.push(of_parameter(parameter, words));
+        let mut values: Vec<Value> = Vec::new();
+        for d in &self.derived {
+            let interval = [d.value, d.lower, d.upper];
+            values.push(Value::of(words, (&d.symbol, &d.unit), interval, d.half_width, d.determination));
+        }
+        for p in &self.parameters {
+            if !values.iter().any(|v| *v.symbol == *p.symbol) {
+                let interval = [p.value, p.lower, p.upper];
+                let known = Value::of(words, (&p.symbol, &p.unit), interval, p.half_width, p.determination);
+                let is_closed = p.open == [false; 2] && p.at_bound.is_none();
+                values.push(Value { is_closed, ..known });
             }
         }
         let branches = in_order_of_time(&mut values, words);

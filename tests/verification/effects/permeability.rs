@@ -1,8 +1,6 @@
 //! Strain-dependent permeability.
 
-use poropunch::Parameters;
 use poropunch::mesh::Mesh;
-use poropunch::parameters::{BoundaryParameters, GeometryParameters};
 use poropunch::specimen::{Discretisation, Sample, Stepper};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -20,18 +18,10 @@ const END: f64 = 0.2 * HEIGHT * HEIGHT / (MOBILITY * (BULK + 4.0 * SHEAR / 3.0))
 
 /// Force of a confined column, drained at the punch only, pressed by 15 %.
 fn column(exponent: f64) -> f64 {
-    let mut p = Parameters { material: poroelastic(SHEAR, BULK, MOBILITY), ..Default::default() };
+    let mut p = tests::confined_column(poroelastic(SHEAR, BULK, MOBILITY), RADIUS, HEIGHT);
     p.effect.permeability.exponent = exponent;
-    p.geometry =
-        GeometryParameters { punch_radius: RADIUS, sample_radius: 1.1 * RADIUS, sample_height: HEIGHT };
-    p.boundary = BoundaryParameters {
-        drained_bottom: false,
-        drained_punch: true,
-        drained_side: false,
-        drained_top: false,
-        confined_side: true,
-        ..Default::default()
-    };
+    p.boundary.drained_bottom = false;
+    p.boundary.drained_punch = true;
     p.solver.newton_tolerance = 1e-12;
     // Layers that become thin towards the punch, where the compacted skin is.
     let below = |k: i32| 1.0 - f64::from(k) / 60.0;

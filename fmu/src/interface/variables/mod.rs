@@ -3,8 +3,10 @@
 //! The FMU's value references, `modelDescription.xml`, the command line, files and reports all
 //! come from [`table`]. To add a variable, add one entry in `table.rs`.
 
+mod enumerations;
 pub mod history;
 pub mod ports;
+mod row;
 pub mod sensitivities;
 mod settings;
 mod table;

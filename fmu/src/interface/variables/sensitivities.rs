@@ -1,7 +1,7 @@
 //! Entries of the sensitivities: three outputs for every parameter of the material.
 
+use super::row::variable;
 use super::settings::SENSITIVITIES;
-use super::table::variable;
 use super::{Binding, Kind, Variable};
 use crate::ForceSensitivity;
 use crate::unit::{NEWTON, NEWTON_PER_PASCAL, NEWTON_PER_PASCAL_SECOND, NEWTON_PER_SQUARE_METRE};

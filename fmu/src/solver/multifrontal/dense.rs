@@ -164,15 +164,12 @@ impl<'a, T: Scalar> Factor<'a, T> {
     }
 }
 
-/// c -= a b: `c` is rows x columns, `a` rows x depth, both by columns; `packed` holds at least `depth` rows.
+/// c -= a b: `c` is rows x columns, `a` rows x depth, both by columns with their strides; `packed` holds at least `depth` rows.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 pub(super) fn subtract_product<T: Scalar>(
-    c: &mut [T],
-    c_stride: usize,
+    (c, c_stride): (&mut [T], usize),
     (rows, columns, depth): (usize, usize, usize),
-    a: &[T],
-    a_stride: usize,
+    (a, a_stride): (&[T], usize),
     b: Factor<'_, T>,
     packed: &mut [[T; COLUMNS]],
 ) {
@@ -180,24 +177,22 @@ pub(super) fn subtract_product<T: Scalar>(
         return;
     }
     if rows * columns * depth >= LARGE_PRODUCT {
-        return subtract_large_product(c, c_stride, (rows, columns, depth), a, a_stride, b);
+        return subtract_large_product((c, c_stride), (rows, columns, depth), (a, a_stride), b);
     }
     let packed = &mut packed[..depth];
     for column in (0..columns).step_by(COLUMNS) {
         let width = COLUMNS.min(columns - column);
         b.pack(packed, column, width);
-        subtract_packed(&mut c[column * c_stride..], c_stride, (rows, width), a, a_stride, packed);
+        subtract_packed((&mut c[column * c_stride..], c_stride), (rows, width), (a, a_stride), packed);
     }
 }
 
 /// c -= a b for at most COLUMNS columns and a packed `b`.
 #[inline(always)]
 pub(super) fn subtract_packed<T: Scalar>(
-    c: &mut [T],
-    c_stride: usize,
+    (c, c_stride): (&mut [T], usize),
     (rows, width): (usize, usize),
-    a: &[T],
-    a_stride: usize,
+    (a, a_stride): (&[T], usize),
     b: &[[T; COLUMNS]],
 ) {
     by_width!(width, subtract_columns(c, c_stride, a, a_stride, b, rows));
@@ -205,11 +200,9 @@ pub(super) fn subtract_packed<T: Scalar>(
 
 #[inline(never)]
 fn subtract_large_product<T: Scalar>(
-    c: &mut [T],
-    c_stride: usize,
+    (c, c_stride): (&mut [T], usize),
     (rows, columns, depth): (usize, usize, usize),
-    a: &[T],
-    a_stride: usize,
+    (a, a_stride): (&[T], usize),
     b: Factor<'_, T>,
 ) {
     let c = MatMut::from_column_major_slice_with_stride_mut(c, rows, columns, c_stride);
@@ -227,8 +220,7 @@ fn subtract_large_product<T: Scalar>(
 #[inline(always)]
 pub(super) fn solve_from_right<T: Scalar>(
     x: &mut [T],
-    height: usize,
-    order: usize,
+    (height, order): (usize, usize),
     t: Factor<'_, T>,
     unit: bool,
     packed: &mut [[T; COLUMNS]],
@@ -240,17 +232,16 @@ pub(super) fn solve_from_right<T: Scalar>(
         let width = BLOCK.min(order - start);
         let (done, rest) = x.split_at_mut(start * height);
         let above = Factor { values: &t.values[start * t.column_stride..], ..t };
-        subtract_product(rest, height, (height, width, start), done, height, above, packed);
+        subtract_product((rest, height), (height, width, start), (done, height), above, packed);
         let corner = Factor { values: &t.values[start * (t.column_stride + t.row_stride)..], ..t };
-        solve_block(rest, height, width, corner, unit, packed);
+        solve_block(rest, (height, width), corner, unit, packed);
     }
 }
 
 #[inline(always)]
 fn solve_block<T: Scalar>(
     x: &mut [T],
-    height: usize,
-    order: usize,
+    (height, order): (usize, usize),
     t: Factor<'_, T>,
     unit: bool,
     packed: &mut [[T; COLUMNS]],

@@ -98,7 +98,12 @@ fn update_block<T: Scalar>(a: &mut [T], order: usize, panel: Range<usize>, packe
         Factor { values: &columns[panel.start..], row_stride: 1, column_stride: order }
             .pack(packed, 0, width);
         let rows = order - panel.end;
-        subtract_packed(&mut columns[panel.end..], order, (rows, width), &left[panel.end..], order, packed);
+        subtract_packed(
+            (&mut columns[panel.end..], order),
+            (rows, width),
+            (&left[panel.end..], order),
+            packed,
+        );
     }
 }
 

@@ -108,11 +108,11 @@ impl<T: Scalar> pulp::NullaryFnOnce for FactoriseFront<'_, T> {
         }
         let by_columns = Factor { values: &*pivot, row_stride: 1, column_stride: own };
         let transposed = Factor { values: &*pivot, row_stride: own, column_stride: 1 };
-        solve_from_right(lower, height, own, by_columns, false, packed);
-        solve_from_right(upper, height, own, transposed, true, packed);
+        solve_from_right(lower, (height, own), by_columns, false, packed);
+        solve_from_right(upper, (height, own), transposed, true, packed);
         let border = front.border.len();
         let upper = Factor { values: &*upper, row_stride: height, column_stride: 1 };
-        subtract_product(contribution, height, (height, border, own), lower, height, upper, packed);
+        subtract_product((contribution, height), (height, border, own), (lower, height), upper, packed);
         Ok(())
     }
 }

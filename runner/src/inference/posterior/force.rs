@@ -1,6 +1,6 @@
 //! The posterior of a fit of the plain model.
 
-use super::{Density, Method, PosteriorError, Sample, SamplePlan, sample};
+use super::{Density, Method, Peak, PosteriorError, Sample, SamplePlan, sample};
 use crate::fit::{EvaluationFailure, Problem, SharedErrors};
 use crate::inference::parameter::FitParameter;
 use crate::inference::problem::ForceProblem;
@@ -78,7 +78,7 @@ pub fn posterior(
     let problem = SharedErrors::new(forces, &statistics.covariance, measured, prior);
     let mut density = ForceDensity { setup, problem };
     let seen = statistics.of_what_a_fit_sees();
-    let found = sample(&mut density, &fit.solution.x, &seen, plan)?;
+    let found = sample(&mut density, Peak { mode: &fit.solution.x, covariance: &seen }, plan)?;
     let (terms, rows) = setup.unknowns.terms();
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed.wrapping_add(1));
     let unseen = statistics.unseen_shifts();

@@ -1,8 +1,8 @@
 //! Draws from Student's t around the optimum, weighed by the density over that of the proposal, and resampled.
 
 use super::pareto::smoothed;
-use super::{Density, Method, PosteriorError, Sample, SamplePlan, root};
-use nalgebra::{DMatrix, DVector};
+use super::{Density, Method, Peak, PosteriorError, Sample, SamplePlan, root};
+use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
@@ -13,8 +13,7 @@ const DEGREES: f64 = 7.0;
 /// A sample by importance weights, whatever their k-hat.
 pub fn sample(
     density: &mut dyn Density,
-    mode: &[f64],
-    covariance: &DMatrix<f64>,
+    Peak { mode, covariance }: Peak<'_>,
     plan: &SamplePlan,
 ) -> Result<Sample, PosteriorError> {
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);

@@ -71,6 +71,15 @@ impl Default for SamplePlan {
     }
 }
 
+/// The maximum of a density.
+#[derive(Debug, Clone, Copy)]
+pub struct Peak<'a> {
+    /// Where it lies.
+    pub mode: &'a [f64],
+    /// Inverse of the curvature there.
+    pub covariance: &'a DMatrix<f64>,
+}
+
 /// Draws of equal weight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
@@ -97,22 +106,20 @@ pub enum PosteriorError {
     Sampler(String),
 }
 
-/// A sample of `density`, whose maximum lies at `mode` and has the curvature that `covariance` is the inverse of: by importance
-/// weights, and by NUTS where those cannot be trusted.
+/// A sample of `density` around its maximum: by importance weights, and by NUTS where those cannot be trusted.
 ///
 /// # Errors
 /// When the user asked to stop, or the density cannot be sampled.
 pub fn sample(
     density: &mut dyn Density,
-    mode: &[f64],
-    covariance: &DMatrix<f64>,
+    peak: Peak<'_>,
     plan: &SamplePlan,
 ) -> Result<Sample, PosteriorError> {
-    let weighed = importance::sample(density, mode, covariance, plan)?;
+    let weighed = importance::sample(density, peak, plan)?;
     if weighed.k_hat <= TRUSTED_K_HAT {
         return Ok(weighed);
     }
-    let found = nuts::sample(density, mode, covariance, plan)?;
+    let found = nuts::sample(density, peak, plan)?;
     Ok(Sample { k_hat: weighed.k_hat, ..found })
 }
 

@@ -2,7 +2,7 @@
 //!
 //! `x = l + (u - l) / (1 + exp(-y))`, `y = y_mode + L z`: z is sampled, `L L'` the Laplace covariance of y.
 
-use super::{Density, Method, PosteriorError, Sample, SamplePlan, root};
+use super::{Density, Method, Peak, PosteriorError, Sample, SamplePlan, root};
 use crate::fit::EvaluationFailure;
 use nalgebra::{DMatrix, DVector};
 use nuts_rs::{Chain, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings};
@@ -120,8 +120,7 @@ impl CpuLogpFunc for Whitened<'_> {
 /// A sample by NUTS.
 pub fn sample(
     density: &mut dyn Density,
-    mode: &[f64],
-    covariance: &DMatrix<f64>,
+    Peak { mode, covariance }: Peak<'_>,
     plan: &SamplePlan,
 ) -> Result<Sample, PosteriorError> {
     let wrong = |e: &dyn std::fmt::Display| PosteriorError::Sampler(e.to_string());

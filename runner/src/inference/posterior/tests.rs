@@ -53,7 +53,7 @@ fn covariance() -> DMatrix<f64> {
 #[test]
 fn a_normal_posterior_is_sampled_by_importance() {
     let plan = SamplePlan { proposals: 4000, draws: 2000, ..SamplePlan::default() };
-    let found = sample(&mut Normal, &[1.0, -2.0], &covariance(), &plan).unwrap();
+    let found = sample(&mut Normal, Peak { mode: &[1.0, -2.0], covariance: &covariance() }, &plan).unwrap();
     assert!(found.method == Method::Importance && found.k_hat < 0.3, "{} {:?}", found.k_hat, found.method);
     assert!(found.effective > 1500.0, "{}", found.effective);
     for (j, centre) in [1.0, -2.0].into_iter().enumerate() {
@@ -67,7 +67,8 @@ fn a_normal_posterior_is_sampled_by_importance() {
 #[test]
 fn nuts_samples_the_same_normal_posterior() {
     let plan = SamplePlan { draws: 1500, ..SamplePlan::default() };
-    let found = nuts::sample(&mut Normal, &[1.0, -2.0], &covariance(), &plan).unwrap();
+    let found =
+        nuts::sample(&mut Normal, Peak { mode: &[1.0, -2.0], covariance: &covariance() }, &plan).unwrap();
     for (j, centre) in [1.0, -2.0].into_iter().enumerate() {
         let (mean, variance) = moments(&found.draws, j);
         let expected = covariance()[(j, j)];
@@ -81,7 +82,7 @@ fn a_banana_is_left_to_nuts() {
     // Laplace at the mode sees the width of the skin only.
     let laplace = DMatrix::from_diagonal(&DVector::from_row_slice(&[1.0, 0.25]));
     let plan = SamplePlan { draws: 20_000, tuning: 1000, ..SamplePlan::default() };
-    let found = sample(&mut Banana, &[0.0, 0.0], &laplace, &plan).unwrap();
+    let found = sample(&mut Banana, Peak { mode: &[0.0, 0.0], covariance: &laplace }, &plan).unwrap();
     assert!(found.k_hat > TRUSTED_K_HAT && found.method == Method::Nuts, "{}", found.k_hat);
     let ((mean, variance), (along, spread)) = (moments(&found.draws, 1), moments(&found.draws, 0));
     // Draws of a banana remember each other: its arms are narrow for a step that suits its middle.
@@ -107,7 +108,8 @@ fn what_lies_beyond_a_bound_has_no_weight() {
     // A half normal: mean sqrt(2 / pi).
     let plan = SamplePlan { proposals: 4000, draws: 2000, ..SamplePlan::default() };
     for by in [importance::sample, nuts::sample] {
-        let found = by(&mut Half, &[0.0], &DMatrix::from_element(1, 1, 1.0), &plan).unwrap();
+        let found =
+            by(&mut Half, Peak { mode: &[0.0], covariance: &DMatrix::identity(1, 1) }, &plan).unwrap();
         let mean = moments(&found.draws, 0).0;
         assert!((mean - 0.798).abs() < 0.06, "{mean}");
     }
