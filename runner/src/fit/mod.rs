@@ -10,6 +10,7 @@
 
 mod coleman_li;
 pub mod multi_start;
+mod options;
 pub mod problem;
 pub mod shared_errors;
 pub mod solution;
@@ -18,7 +19,8 @@ mod subproblem;
 pub mod trust_region;
 
 pub use multi_start::{MultiStart, MultiStartOptions, StartRecord};
+pub use options::{Options, Scaling};
 pub use problem::{Bounds, EvaluationFailure, FitError, Problem};
 pub use shared_errors::{Prior, SharedErrors, SharedNoise, Whitening, likeliest_heights};
 pub use solution::{IterationRecord, Solution, StopReason};
-pub use trust_region::{Options, Scaling, minimise};
+pub use trust_region::minimise;

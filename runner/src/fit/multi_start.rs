@@ -3,9 +3,10 @@
 //! The first start is the user's; the others are a seeded Latin hypercube over the bounds of the optimiser's
 //! variables (log parameters). All starts are prefetched, so their first runs fill every worker.
 
+use super::options::Options;
 use super::problem::{Bounds, EvaluationFailure, FitError, Problem};
 use super::solution::{IterationRecord, Solution, StopReason};
-use super::trust_region::{Options, minimise};
+use super::trust_region::minimise;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use schemars::JsonSchema;

@@ -3,6 +3,7 @@
 
 use super::coleman_li::{stride_to_bound, stride_to_region};
 use super::problem::Bounds;
+use super::subproblem::Decomposition;
 use nalgebra::{DMatrix, DVector};
 
 /// Quadratic model `1/2 |J_h p|^2 + 1/2 p^T D p + g_h^T p` in scaled variables `x = d x_h`.
@@ -33,7 +34,28 @@ pub(super) struct Step {
     pub predicted: f64,
 }
 
+/// A correction longer than this part of its step is no correction.
+const LONGEST_TURN: f64 = 0.75;
+
 impl ScaledModel<'_> {
+    /// The path that leads from the end of `path`, with the residuals `f` there, to those that the model foresaw of the scaled step `p_h`:
+    /// along a narrow valley that bends, a straight step ends on its slope, and the same Jacobian, damped as much, leads back to its
+    /// floor (Transtrum and Sethna, arXiv:1201.5885). None where that is no small correction.
+    pub(super) fn turned(
+        &self,
+        (decomposition, alpha): (&Decomposition, f64),
+        (p_h, path): (&DVector<f64>, &DVector<f64>),
+        (here, there): (&DVector<f64>, &DVector<f64>),
+    ) -> Option<DVector<f64>> {
+        let (m, n) = self.jacobian.shape();
+        let mut missed = DVector::zeros(m + n);
+        missed.rows_mut(0, m).copy_from(&(there - here - self.jacobian * p_h));
+        let bounds = self.diagonal.map(|v| v.max(0.0).sqrt());
+        missed.rows_mut(m, n).copy_from(&bounds.component_mul(&(path - p_h)));
+        let correction = decomposition.damped(&missed, alpha);
+        (correction.norm() <= LONGEST_TURN * p_h.norm()).then(|| path + correction)
+    }
+
     fn value(&self, p: &DVector<f64>) -> f64 {
         let q = (self.jacobian * p).norm_squared() + p.component_mul(p).dot(self.diagonal);
         0.5 * q + p.dot(self.gradient)

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 pub(super) struct Decomposition {
     singular_values: DVector<f64>,
     v_t: DMatrix<f64>,
+    u_t: DMatrix<f64>,
     uf: DVector<f64>,
 }
 
@@ -22,8 +23,9 @@ impl Decomposition {
         let tolerance = rank_tolerance.max(f64::EPSILON * rows as f64);
         let s = svd.singular_values;
         let rank = s.iter().filter(|&&value| value > tolerance * s[0]).count();
-        let uf = u.columns(0, rank).transpose() * f;
-        Self { singular_values: s.rows(0, rank).into_owned(), v_t: v_t.rows(0, rank).into_owned(), uf }
+        let u_t = u.columns(0, rank).transpose();
+        let uf = &u_t * f;
+        Self { singular_values: s.rows(0, rank).into_owned(), v_t: v_t.rows(0, rank).into_owned(), u_t, uf }
     }
 
     /// The minimiser within `radius` and the Levenberg-Marquardt parameter that belongs to it
@@ -70,6 +72,13 @@ impl Decomposition {
         let p = step(alpha);
         let norm = p.norm();
         (p * (radius / norm), alpha)
+    }
+
+    /// The minimiser of `|A p + f|^2 + alpha |p|^2` for other residuals `f`.
+    pub(super) fn damped(&self, f: &DVector<f64>, alpha: f64) -> DVector<f64> {
+        let s = &self.singular_values;
+        let scaled = (&self.u_t * f).zip_map(s, |uf, s| s * uf / (s * s + alpha));
+        -(self.v_t.tr_mul(&scaled))
     }
 }
 

@@ -6,77 +6,13 @@
 //! can be stopped at any time with its best point.
 
 use super::coleman_li;
+use super::options::{Options, Scaling};
 use super::problem::{Bounds, EvaluationFailure, FitError, Problem};
 use super::solution::{IterationRecord, Solution, StopReason};
 use super::step::ScaledModel;
 use super::subproblem::Decomposition;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
-
-/// How the variables are scaled, apart from the bounds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Scaling {
-    /// As they are: right for log parameters, where a unit step is a factor e.
-    #[default]
-    Unit,
-    /// By the largest norm of each Jacobian column so far (Moré): for variables of mixed units.
-    Jacobian,
-}
-
-/// Tolerances and limits.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Options {
-    /// Stop when the bound-scaled gradient falls below this times half the initial chi^2.
-    pub gradient_tolerance: f64,
-    /// Stop when an iteration lowers chi^2 by less than this fraction.
-    pub chi_square_tolerance: f64,
-    /// Stop, without an evaluation, when the next full step is expected to lower chi^2 by less than this fraction; 0 always tries it.
-    pub foreseen_tolerance: f64,
-    /// Stop when a step is shorter than this fraction of |x|.
-    pub step_tolerance: f64,
-    /// Largest number of residual evaluations (those inside a Jacobian are not counted).
-    pub max_evaluations: usize,
-    /// Largest number of failed evaluations in a row.
-    pub max_consecutive_failures: usize,
-    /// Directions with a relative singular value below this are not stepped along. Set it to the relative
-    /// accuracy of the Jacobian, so that noise in it does not drive parameters that the data do not feel.
-    pub rank_tolerance: f64,
-    /// Scaling of the variables.
-    pub scaling: Scaling,
-    /// First trust radius in scaled variables; `None` takes the norm of the scaled start.
-    pub initial_radius: Option<f64>,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            gradient_tolerance: 1e-10,
-            chi_square_tolerance: 1e-8,
-            foreseen_tolerance: 0.0,
-            step_tolerance: 1e-8,
-            max_evaluations: 200,
-            max_consecutive_failures: 8,
-            rank_tolerance: 0.0,
-            scaling: Scaling::Unit,
-            initial_radius: None,
-        }
-    }
-}
-
-impl Options {
-    /// For log parameters and a Jacobian by finite differences of a simulation whose relative accuracy is
-    /// `jacobian_accuracy`: first step at most a factor e or so, tolerances above the simulation's noise.
-    pub fn for_log_parameters(jacobian_accuracy: f64) -> Self {
-        Self {
-            gradient_tolerance: 1e-8,
-            chi_square_tolerance: 1e-4,
-            step_tolerance: 1e-6,
-            rank_tolerance: jacobian_accuracy,
-            initial_radius: Some(1.0),
-            ..Self::default()
-        }
-    }
-}
 
 /// A point with residuals and Jacobian.
 struct Point {
@@ -85,6 +21,25 @@ struct Point {
     jacobian: DMatrix<f64>,
     cost: f64,
 }
+
+/// Where a step leads.
+struct Trial {
+    x: DVector<f64>,
+    f: DVector<f64>,
+    cost: f64,
+}
+
+impl Trial {
+    fn new(x: DVector<f64>, f: DVector<f64>) -> Self {
+        let cost = 0.5 * f.norm_squared();
+        Self { x, f, cost }
+    }
+}
+
+/// A step that achieves a smaller part of what was predicted shrinks the region.
+const POOR: f64 = 0.25;
+/// Corrections of one step at most; each is an evaluation.
+const MOST_TURNS: usize = 3;
 
 /// Counters and records.
 struct Log {
@@ -232,13 +187,39 @@ fn iterate<P: Problem + ?Sized>(
                 }
             }
         };
-        let cost_new = 0.5 * f_new.norm_squared();
+        let mut trial = Trial::new(x_new, f_new);
+        let mut path = p_h.clone();
+        for _ in 0..MOST_TURNS {
+            let is_poor = agreement(point.cost - trial.cost, step.predicted) < POOR;
+            if !is_poor || step.p_scaled != p_h || log.evaluations >= options.max_evaluations {
+                break;
+            }
+            let (solver, steps, residuals) = ((&decomposition, *alpha), (&p_h, &path), (&point.f, &trial.f));
+            let Some(turned_path) = model.turned(solver, steps, residuals) else { break };
+            let end = &point.x + d.component_mul(&turned_path);
+            let x = DVector::from_vec(bounds.interior(end.as_slice(), 0.0));
+            match evaluate(problem, &x, log).map(|f| Trial::new(x.clone(), f)) {
+                Ok(turned) if turned.cost < trial.cost => {
+                    problem.rejected(trial.x.as_slice());
+                    (trial, path) = (turned, turned_path);
+                }
+                Err(EvaluationFailure::Interrupted) => return (None, Some(StopReason::StopRequested)),
+                Ok(_) | Err(EvaluationFailure::Failed(_)) => {
+                    problem.rejected(x.as_slice());
+                    break;
+                }
+            }
+        }
+        let Trial { x: x_new, f: f_new, cost: cost_new } = trial;
+        let step_norm = (&x_new - &point.x).norm();
         let actual = point.cost - cost_new;
         let ratio = agreement(actual, step.predicted);
         let reductions = (actual, step.predicted);
-        let outcome = termination(reductions, point.cost, step_norm, point.x.norm(), options);
+        let outcome = termination(reductions, point.cost, step_norm, point.x.norm(), options)
+            // A step that the region cut short says nothing of how far the minimum is.
+            .filter(|stop| *stop == StopReason::Step || is_full || rejected);
         let old_radius = *radius;
-        if ratio < 0.25 {
+        if ratio < POOR {
             *radius = 0.25 * scaled_norm;
         } else if ratio > 0.75 && scaled_norm > 0.95 * *radius {
             *radius *= 2.0;

@@ -9,6 +9,7 @@ use crate::inference::derived::material_quantities;
 use crate::inference::posterior::{PosteriorError, SamplePlan, posterior};
 use crate::inference::problem::ForceProblem;
 use crate::inference::requests::{display_unit, symbol};
+use crate::inference::valley::bends;
 use crate::inference::{Setup, Statistics, Values};
 use crate::noise::{Covariance, Observation, ObservationError, Weights, noise_model};
 use crate::pool::ForceCurve;
@@ -105,12 +106,14 @@ pub fn report(
     let complete = |values: &mut Values| complete(c, values);
     let derived = if c.setup.engine.is_own() { material_quantities(branches(c, values)) } else { Vec::new() };
     let stretches: Vec<usize> = fitted.iter().map(Observation::len).collect();
-    let statistics = Statistics::new(c.setup.unknowns, fit, &stretches)?;
-    let profiles = match fit.solution.stop.converged() {
+    let mut statistics = Statistics::new(c.setup.unknowns, fit, &stretches)?;
+    let mut profiled = vec![];
+    if fit.solution.stop.converged() {
         // What a stop leaves undone is told by the exit code; the linearised intervals stand.
-        true => profiles(around, fit, &statistics, c.evaluations, c.profile).unwrap_or_default(),
-        false => vec![],
-    };
+        let bends = bends(around, fit, &statistics).unwrap_or_default();
+        statistics = statistics.along(c.setup.unknowns, &fit.solution.x, bends);
+        profiled = profiles(around, fit, &statistics, c.evaluations, c.profile).unwrap_or_default();
+    }
     let sampled = match c.posterior.filter(|_| fit.solution.stop.converged()) {
         Some(plan) => match posterior(around, fit, &statistics, &plan) {
             Ok(found) => Some(PosteriorReport::from(&found)),
@@ -132,7 +135,7 @@ pub fn report(
         fit,
         statistics,
         stretches: &stretches,
-        profiles,
+        profiles: profiled,
         far_points: identification.far_points,
         derived: &derived,
         complete: &complete,

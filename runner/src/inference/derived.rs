@@ -62,7 +62,7 @@ pub struct DerivedEstimate {
     pub value: f64,
     /// 95 % interval.
     pub interval: Interval,
-    /// Half-width of the interval in ln(value).
+    /// Half of the interval's width in ln(value).
     pub half_width: f64,
     /// How well it is known.
     pub determination: Determination,
@@ -106,8 +106,14 @@ pub fn estimate(
         if depends_on.is_empty() {
             return None;
         }
-        let half_width = statistics.half_width(&gradient);
-        let (a, b) = (value * (-half_width).exp(), value * half_width.exp());
+        let moved = |by: &DVector<f64>| {
+            let there: Vec<f64> = x.iter().zip(by.iter()).map(|(x, by)| x + by).collect();
+            let ratio = (quantity.evaluate)(&values(&there))? / value;
+            (ratio > 0.0 && ratio.is_finite()).then(|| ratio.ln())
+        };
+        let [down, up] = statistics.reach(&gradient, &moved);
+        let half_width = 0.5 * (down + up);
+        let (a, b) = (value * (-down).exp(), value * up.exp());
         Some(DerivedEstimate {
             name: quantity.name.clone(),
             symbol: quantity.symbol.clone(),

@@ -7,7 +7,7 @@
 //! ForceProblem + Covariance + Prior -> fit / search -> Fit
 //! Fit -> statistics (intervals, correlations) -> identifiability (what the data do not determine, in words)
 //!     -> derived (combinations that they do)  -> evidence
-//!     -> profile (intervals that are no parabola)  -> robust (outliers count less)  -> posterior (a sample, on request)
+//!     -> valley (where it bends)  -> profile (intervals that are no parabola)  -> robust (outliers count less)  -> posterior (a sample, on request)
 //! ```
 //! `identify` asks it for the plain model, `diagnose` for models with effects.
 
@@ -33,6 +33,7 @@ pub mod start;
 pub mod statistics;
 mod swift_profile;
 pub mod unknowns;
+pub mod valley;
 pub mod wording;
 
 pub use derived::{DerivedEstimate, DerivedQuantity, Values};

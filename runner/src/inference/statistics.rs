@@ -11,9 +11,11 @@
 //! - An interval says what the data say: the prior of the variables that the quantity is made of is taken out of their covariance,
 //!   and where nothing is left the interval is open. The priors of the other variables stay in.
 
+mod bend;
 mod curvature;
 mod estimate;
 
+pub use bend::Bend;
 pub use estimate::{BoundSide, Determination, Interval, ParameterEstimate};
 
 use super::fit::Fit;
@@ -76,6 +78,8 @@ pub struct Statistics {
     pub term_correlation: DMatrix<f64>,
     /// The fitted parameters under the FMU's names.
     pub estimates: Vec<ParameterEstimate>,
+    /// How the directions that the data hardly determine bend.
+    bends: Vec<Bend>,
 }
 
 impl Statistics {
@@ -137,9 +141,38 @@ impl Statistics {
             term_correlation: DMatrix::zeros(0, 0),
             terms: vec![],
             estimates: vec![],
+            bends: vec![],
         };
         statistics.estimate(unknowns, &fit.solution.x);
+        // The derivative by a term leaves the other terms as they are.
+        if let Some(back) = unknowns.terms().1.try_inverse() {
+            statistics.design = &statistics.design * &back;
+            statistics.white_design = &statistics.white_design * back;
+        }
         Ok(statistics)
+    }
+
+    /// The same with what is known of the bends of its valley.
+    #[must_use]
+    pub fn along(mut self, unknowns: &Unknowns, x: &[f64], bends: Vec<Bend>) -> Self {
+        self.bends = bends;
+        self.estimate(unknowns, x);
+        self
+    }
+
+    /// How far the 95 % interval of a quantity reaches down and up, where `moved(by)` is its change from the optimum: the linearised fit's
+    /// half-width, and to the second order what the bends of the valley do to its mean and variance.
+    pub fn reach(&self, gradient: &DVector<f64>, moved: &dyn Fn(&DVector<f64>) -> Option<f64>) -> [f64; 2] {
+        let half_width = self.half_width(gradient);
+        let quantile = self.quantile(gradient);
+        let (mut mean, mut variance) = (0.0, (half_width / quantile).powi(2));
+        for bend in &self.bends {
+            let (shift, more) = bend.moments(gradient, moved);
+            mean += shift;
+            variance += more;
+        }
+        let wide = (quantile * variance.sqrt()).min(NOTHING_KNOWN);
+        [(wide - mean).max(0.0), (wide + mean).max(0.0)]
     }
 
     /// Half-width of the 95 % interval of a quantity with gradient `gradient` in the optimiser's variables, by what the data say of
@@ -228,7 +261,8 @@ impl Statistics {
         let in_terms = &rows * DVector::from_column_slice(x);
         let of_row = |(j, p): (usize, &FitParameter)| {
             let gradient = rows.row(j).transpose();
-            of_variable(p, in_terms[j], self.half_width(&gradient), share(&gradient))
+            let reach = self.reach(&gradient, &|moved| Some(gradient.dot(moved)));
+            of_variable(p, in_terms[j], reach, share(&gradient))
         };
         let terms: Vec<ParameterEstimate> = terms.iter().enumerate().map(of_row).collect();
         let values = unknowns.settings(x);
@@ -242,10 +276,10 @@ impl Statistics {
             let mut gradient = DVector::zeros(x.len());
             let follows = unknowns.gradient(x, &p.name);
             follows.iter().for_each(|(k, slope)| gradient[*k] = slope / value);
-            let half_width = self.half_width(&gradient);
-            let side = |k: usize| of_variable(&unknowns.variables()[k], x[k], 0.0, 0.0).at_bound;
+            let reach = self.reach(&gradient, &|moved| Some(gradient.dot(moved)));
+            let side = |k: usize| of_variable(&unknowns.variables()[k], x[k], [0.0; 2], 0.0).at_bound;
             let bound = follows.iter().find_map(|(k, slope)| Some((side(*k)?, slope / value)));
-            let found = of_product(p, value, half_width, share(&gradient), bound);
+            let found = of_product(p, value, reach, share(&gradient), bound);
             gradients.push(gradient);
             found
         });
@@ -253,10 +287,6 @@ impl Statistics {
         let along: Vec<_> = gradients.iter().map(|g| self.root.tr_mul(g)).collect();
         self.correlation = correlation(&DMatrix::from_columns(&along).transpose());
         self.term_correlation = correlation(&(&rows * &self.root));
-        // The derivative by a term leaves the other terms as they are.
-        if let Some(back) = rows.try_inverse() {
-            (self.design, self.white_design) = (&self.design * &back, &self.white_design * back);
-        }
         (self.terms, self.estimates) = (terms, estimates);
     }
 }

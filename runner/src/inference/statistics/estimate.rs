@@ -69,7 +69,7 @@ pub struct ParameterEstimate {
     pub interval: Interval,
     /// The interval reaches the lower or upper bound: the data set no limit on that side.
     pub open: [bool; 2],
-    /// Half-width of the uncut interval, relative (in ln(value) for log parameters).
+    /// Half of the uncut interval's width, relative (in ln(value) for log parameters).
     pub half_width: f64,
     /// Part of its square that comes from common errors (0 to 1).
     pub common_share: f64,
@@ -79,17 +79,17 @@ pub struct ParameterEstimate {
     pub at_bound: Option<BoundSide>,
 }
 
-/// Of a variable of the optimiser.
+/// Of a variable of the optimiser whose interval reaches so far down and up.
 pub(super) fn of_variable(
     p: &FitParameter,
     x: f64,
-    half_width_x: f64,
+    [down, up]: [f64; 2],
     common_share: f64,
 ) -> ParameterEstimate {
     let (low, high) = p.internal_bounds();
     let reach = |x: f64| p.to_value(x.clamp(low, high));
-    let (a, b) = (reach(x - half_width_x), reach(x + half_width_x));
-    let mut open = [x - half_width_x <= low, x + half_width_x >= high];
+    let (a, b) = (reach(x - down), reach(x + up));
+    let mut open = [x - down <= low, x + up >= high];
     let near = 0.01 * (high - low).min(1.0);
     let mut at_bound = match () {
         () if x - low < near => Some(BoundSide::Lower),
@@ -100,23 +100,24 @@ pub(super) fn of_variable(
         open.swap(0, 1);
         at_bound = at_bound.map(BoundSide::other);
     }
-    let half_width = half_width_x * p.relative_slope(x);
+    let half_width = 0.5 * (down + up) * p.relative_slope(x);
     built(p, p.to_value(x), [a, b], open, half_width, common_share, at_bound)
 }
 
-/// Of a product of powers of the variables; `bound` is where one of them sits, and the power.
+/// Of a product of powers of the variables, whose logarithm's interval reaches so far down and up; `bound` is where one of the variables
+/// sits, and the power.
 pub(super) fn of_product(
     p: &FitParameter,
     value: f64,
-    half_width: f64,
+    [down, up]: [f64; 2],
     common_share: f64,
     bound: Option<(BoundSide, f64)>,
 ) -> ParameterEstimate {
-    let ends = [value * (-half_width).exp(), value * half_width.exp()];
+    let ends = [value * (-down).exp(), value * up.exp()];
     let (a, b) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     let open = [a <= p.lower, b >= p.upper];
     let at_bound = bound.map(|(side, power)| if power * value < 0.0 { side.other() } else { side });
-    built(p, value, [a.max(p.lower), b.min(p.upper)], open, half_width, common_share, at_bound)
+    built(p, value, [a.max(p.lower), b.min(p.upper)], open, 0.5 * (down + up), common_share, at_bound)
 }
 
 fn built(
