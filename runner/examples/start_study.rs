@@ -15,6 +15,7 @@ use runner::inference::derived::{estimate, material_quantities};
 use runner::inference::fit::search;
 use runner::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use runner::inference::statistics::Determination;
+use runner::inference::valley::bends;
 use runner::inference::{
     Defaults, Requests, SearchPlan, Setup, Statistics, Unknowns, Values, noise_at_start,
 };
@@ -238,7 +239,9 @@ fn compared(
     let told = start.defaults(none);
     let mut known = told.clone();
     known.fixed = (3..=MOST_BRANCHES).map(|n| (format!("material.branch[{n}].mu"), 0.0)).collect();
-    known.free = truth.keys().cloned().collect();
+    // In the order of the other fit, so that both are one problem where they free the same.
+    known.free = told.free.iter().filter(|name| truth.contains_key(*name)).cloned().collect();
+    known.free.extend(truth.keys().filter(|name| !told.free.contains(name)).cloned());
     let wide = |value: f64| [value / 316.0, value * 316.0];
     let bounds = |name: &str, v: f64| match wide(v) {
         _ if name.ends_with("alpha") => [-30.0, -1.0],
@@ -265,7 +268,9 @@ fn compared(
     let (told, known) = (map(told), map(known));
     let covariance = noise_at_start(Setup::new(engine, &data, &told), &Weights::default())?.covariance;
     let found = fit(&told, &covariance)?.fit;
-    let statistics = Statistics::new(&told, &found, &[m.len()])?;
+    let linear = Statistics::new(&told, &found, &[m.len()])?;
+    let bends = bends(Setup::new(engine, &data, &told), &found, &linear)?;
+    let statistics = linear.along(&told, &found.solution.x, bends);
     let quantities = material_quantities(branches);
     let derived = estimate(&quantities, &told, &found.solution.x, &statistics, &|_: &mut Values| {});
     let names = |map: &Unknowns| map.free().iter().map(|p| p.name.clone()).collect::<Vec<_>>();

@@ -14,7 +14,7 @@ use poropunch::motion::path::Path;
 use poropunch::motion::protocol::Trapezoid;
 use poropunch::parameters::MeshPreset;
 use poropunch::solver::newton::NewtonFailure;
-use poropunch::specimen::step::{Found, Task};
+use poropunch::specimen::step::{Found, Solved, Task};
 use poropunch::specimen::{Constants, Discretisation, Motion, Patience, Sample, State, Step, Stepper};
 use poropunch::{ForceSensitivity, Instance, Model, Parameters, Statistics};
 
@@ -23,14 +23,18 @@ struct Recorded {
     from_time: f64,
     motion: Motion,
     dt: f64,
-    decisions: Vec<Vec<Decision>>,
+    stages: Vec<Solved>,
     forces: Vec<ForceSensitivity>,
 }
 
 impl Recorded {
+    fn decisions(&self) -> impl Iterator<Item = &Decision> {
+        self.stages.iter().flat_map(|stage| &stage.decisions)
+    }
+
     /// Whether a patch yields in one of its stages.
     fn yields(&self) -> bool {
-        self.decisions.iter().flatten().any(|decision| decision.corners().contains(&Status::Yields))
+        self.decisions().any(|decision| decision.corners().contains(&Status::Yields))
     }
 }
 
@@ -68,7 +72,7 @@ impl Discretisation for Recorder {
             from_time: old.time,
             motion,
             dt,
-            decisions: step.decisions.clone(),
+            stages: step.stages.clone(),
             forces: step.state.sensitivity.as_ref().map(|s| s.forces.clone()).unwrap_or_default(),
         });
         Ok(step)
@@ -121,8 +125,8 @@ impl Case {
             .iter()
             .map(|step| {
                 assert_eq!(state.time, step.from_time);
-                let Recorded { motion, dt, decisions, .. } = step;
-                let made = stepper.replay(&state, *motion, *dt, decisions, &mut Statistics::default());
+                let Recorded { motion, dt, stages, .. } = step;
+                let made = stepper.replay(&state, *motion, *dt, stages, &mut Statistics::default());
                 state = made.unwrap_or_else(|e| panic!("{:?}, {} s: {e}", self.settings, state.time)).state;
                 [state.outputs.force_specimen, state.outputs.force_fluid]
             })
@@ -187,7 +191,10 @@ fn case(trapezoid: Trapezoid, cycles: i32, preset: MeshPreset, settings: &[(&'st
 #[test]
 fn two_cycles() {
     let steps = case(Trapezoid::p2(), 2, MeshPreset::Coarse, &[]).check(1e-4);
-    assert!(steps.iter().any(|s| s.decisions.iter().any(|stage| stage.len() > 1)), "no contact changed");
+    assert!(
+        steps.iter().any(|s| s.stages.iter().any(|stage| stage.decisions.len() > 1)),
+        "no contact changed"
+    );
 }
 
 /// Goal, reference and tolerance as for two cycles, where a patch yields for a stage and sticks again. Set-up: three
@@ -204,9 +211,8 @@ fn check_partial_slip(profile: f64, parameters: &[MaterialParameter]) {
     let settings =
         [("boundary.partial_slip", 1.0), ("boundary.friction", 0.3), ("indenter.profile", profile)];
     let steps = case(Trapezoid::p2(), 2, MeshPreset::Coarse, &settings).check_some(parameters, 1e-4);
-    let slides = |step: &Recorded, status| {
-        step.decisions.iter().flatten().any(|decision| decision.corners().contains(&status))
-    };
+    let slides =
+        |step: &Recorded, status| step.decisions().any(|decision| decision.corners().contains(&status));
     for status in [Status::PushedInwards, Status::PushedOutwards] {
         assert!(steps.iter().any(|step| slides(step, status)), "nothing is {status:?}");
     }

@@ -96,8 +96,17 @@ pub struct Found {
 pub struct Step {
     /// The state at its end.
     pub state: State,
-    /// How the contact was decided, stage by stage.
-    pub decisions: Vec<Vec<Decision>>,
+    /// What makes it again.
+    pub stages: Vec<Solved>,
+}
+
+/// How a stage was solved: what a replay of it needs.
+#[derive(Debug, Clone)]
+pub struct Solved {
+    /// Unknowns: a replay begins at them, as another solution may be near where an edge folds.
+    pub x: Vec<f64>,
+    /// How the contact was decided, solution by solution.
+    pub decisions: Vec<Decision>,
 }
 
 /// What stays the same from step to step.
@@ -147,7 +156,7 @@ pub trait Discretisation {
         advance(self, old, (motion, dt), patience, None, statistics)
     }
 
-    /// The state `dt` (s) later with the contact's decisions of another step, however the surface would decide.
+    /// The state `dt` (s) later with the contact's decisions of another step, however the surface would decide, and near its solutions.
     ///
     /// # Errors
     /// Why a stage has no solution.
@@ -156,10 +165,10 @@ pub trait Discretisation {
         old: &State,
         motion: Motion,
         dt: f64,
-        decisions: &[Vec<Decision>],
+        stages: &[Solved],
         statistics: &mut Statistics,
     ) -> Result<Step, NewtonFailure> {
-        advance(self, old, (motion, dt), Patience::Much, Some(decisions), statistics)
+        advance(self, old, (motion, dt), Patience::Much, Some(stages), statistics)
     }
 }
 
@@ -168,20 +177,24 @@ fn advance<D: Discretisation + ?Sized>(
     old: &State,
     (motion, dt): (Motion, f64),
     patience: Patience,
-    follow: Option<&[Vec<Decision>]>,
+    follow: Option<&[Solved]>,
     statistics: &mut Statistics,
 ) -> Result<Step, NewtonFailure> {
     let mut outputs = old.outputs;
     let mut trend = old.trend.clone();
-    let mut decisions = Vec::new();
+    let mut solved: Vec<Solved> = Vec::new();
     let mut last: Option<Found> = None;
     let mut reached = 0.0;
     let stages = stages(discretisation.constants().scheme);
     for (index, stage) in stages.iter().enumerate() {
         let start = last.as_ref().map_or_else(|| Start::of(old), Start::after);
         let ahead = (stage.time - reached) * dt;
+        let follow = follow.map(|solved| solved.get(index));
         let mut guess = start.x.to_vec();
-        trend.extrapolate(&mut guess, ahead);
+        match follow.flatten() {
+            Some(other) => guess.clone_from(&other.x),
+            None => trend.extrapolate(&mut guess, ahead),
+        }
         let task = Task {
             start,
             guess: &guess,
@@ -191,7 +204,7 @@ fn advance<D: Discretisation + ?Sized>(
             displacement: motion.start + motion.velocity * stage.time * dt,
             is_last: index + 1 == stages.len(),
             patience,
-            follow: follow.map(|stages| stages.get(index).map_or(&[][..], Vec::as_slice)),
+            follow: follow.map(|other| other.map_or(&[][..], |solved| &solved.decisions)),
         };
         let mut found = discretisation.solve(&task, statistics);
         if found.is_err() && guess != start.x {
@@ -212,7 +225,7 @@ fn advance<D: Discretisation + ?Sized>(
         outputs.porous_dissipation += stage.weight * dt * porous_dissipation_rate;
         outputs.external_work += stage.weight * dt * motion.velocity * found.reaction;
         outputs.displacement = task.displacement;
-        decisions.push(std::mem::take(&mut found.decisions));
+        solved.push(Solved { x: found.x.clone(), decisions: std::mem::take(&mut found.decisions) });
         reached = stage.time;
         last = Some(found);
     }
@@ -232,7 +245,7 @@ fn advance<D: Discretisation + ?Sized>(
     let touch = discretisation.touch(&next, &x);
     let time = old.time + dt;
     let state = State { time, x, trend, history, contact: next, touch, outputs, sensitivity };
-    Ok(Step { state, decisions })
+    Ok(Step { state, stages: solved })
 }
 
 impl<'a> Start<'a> {
