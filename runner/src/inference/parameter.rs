@@ -1,5 +1,6 @@
 //! A parameter as the user knows it, and the variable that the optimiser sees instead.
 
+use super::wording::significant;
 use crate::fit::{Bounds, FitError};
 use serde::{Deserialize, Serialize};
 
@@ -72,7 +73,8 @@ impl FitParameter {
         [lower, upper]: [f64; 2],
     ) -> Result<Self, FitError> {
         let refuse = |reason: String| Err(FitError::Parameter { name: name.to_owned(), reason });
-        let shown = |v: f64| format!("{:.6} {}", unit.from_si(v), unit.name);
+        let shown =
+            |v: f64| format!("{} {}", significant(unit.from_si(v), 4), unit.name).trim_end().to_owned();
         if ![start, lower, upper].iter().all(|v| v.is_finite()) {
             return refuse("start and bounds must be finite numbers".to_owned());
         }
