@@ -6,7 +6,7 @@ pub mod guard;
 pub mod mark;
 
 pub use folder::Folder;
-pub use guard::{protect, read_input};
+pub use guard::{check_no_device, protect, read_input};
 
 use crate::pool::ForceCurve;
 use poropunch::variables;
@@ -49,7 +49,8 @@ pub fn write_file_in_parts(
     let attempt = |target: &Path, replaces: bool| -> std::io::Result<()> {
         let directory = target.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(directory)?;
-        let mut temporary = tempfile::Builder::new().permissions(readable()).tempfile_in(directory)?;
+        let mut temporary =
+            tempfile::Builder::new().prefix(UNFINISHED).permissions(readable()).tempfile_in(directory)?;
         let mut out = BufWriter::new(&mut temporary);
         write(&mut out)?;
         out.flush()?;
@@ -65,6 +66,9 @@ pub fn write_file_in_parts(
     };
     attempt(target.as_deref().unwrap_or(file), target.is_some()).map_err(|e| fail(reason(&e)))
 }
+
+/// How names of files begin that are not whole yet: only a process that was killed leaves one behind.
+const UNFINISHED: &str = ".poropunch-unfinished-";
 
 /// Checks that a file that is written by other means, the FMU's, may be replaced.
 ///

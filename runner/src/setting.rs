@@ -71,7 +71,7 @@ pub enum SettingError {
         items: String,
     },
     /// Outside the admissible range.
-    #[error("{name} = {value} {unit} is outside its bounds [{min}, {max}] {unit}")]
+    #[error("{name} = {value}{unit} is outside its bounds [{min}, {max}]{unit}")]
     OutOfRange {
         /// Name of the parameter.
         name: String,
@@ -81,7 +81,7 @@ pub enum SettingError {
         min: f64,
         /// Largest admissible value.
         max: f64,
-        /// Unit of the three.
+        /// Unit of the three, after a space; empty for pure numbers.
         unit: String,
     },
 }
@@ -156,7 +156,7 @@ pub fn admissible(variable: &ScalarVariable, number: f64) -> Result<f64, Setting
     if (min..=max).contains(&number) {
         return Ok(number);
     }
-    let unit = variable.unit.clone().unwrap_or_default();
+    let unit = variable.unit.iter().filter(|u| *u != "1").map(|u| format!(" {u}")).collect();
     Err(SettingError::OutOfRange { name: variable.name.clone(), value: number, min, max, unit })
 }
 

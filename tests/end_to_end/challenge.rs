@@ -1,6 +1,6 @@
 //! Cases whose cause the diagnosis does not know.
 
-use super::program::{directory, fail, one_line, succeed, text};
+use super::program::{directory, fail, one_line, repository, succeed, text};
 
 /// Cases of the wide ground, by the independent solver, with an effect whose visibility is computed from derivatives at what was drawn.
 #[test]
@@ -48,4 +48,15 @@ fn several_batches_need_a_secret_each_and_all_their_answers() {
     assert!(told.contains("--secret") && told.contains("1 for 2"), "{told}");
     let told = score(&[&one.1, &two.1]);
     assert!(told.contains("no answer yet") && told.contains("--unfinished"), "{told}");
+    // The key is an input: no table replaces it.
+    let (answers, key) = (d.path().join("one/answers"), d.path().join("one.key.json"));
+    std::fs::create_dir(&answers).unwrap();
+    let case = std::fs::read_dir(d.path().join("one/cases")).unwrap().next().unwrap().unwrap().file_name();
+    let answer = answers.join(format!("{}.json", text(std::path::Path::new(&case))));
+    std::fs::copy(repository("data/withheld/reports/0446ee.json"), answer).unwrap();
+    let before = std::fs::read(&key).unwrap();
+    let over = ["challenge", "score", &one.0, "--secret", &one.1, "--out", text(&key)];
+    let told = one_line(&fail(&over));
+    assert!(told.contains("an input of this command"), "{told}");
+    assert_eq!(std::fs::read(&key).unwrap(), before);
 }

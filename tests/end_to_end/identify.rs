@@ -88,6 +88,23 @@ fn many_starts_are_repeatable_and_quiet_without_a_terminal() {
     assert_ne!(first, fit("c", "6"));
 }
 
+/// Goal: the default asked for by its name is the default, and costs no more.
+#[test]
+fn the_standard_mesh_by_its_name_is_the_default() {
+    let d = directory();
+    let data = repository("data/measurement/table1-one-cycle/P2.csv");
+    let found = |name: &str, mesh: &[&str]| {
+        let out = d.path().join(name);
+        succeed(&[&["identify", text(&data), "--out", text(&out)], mesh].concat());
+        let result = json(&out.join("result.json"));
+        ["derived", "runs", "fit"].map(|field| result[field].clone())
+    };
+    let ([derived, runs, fit], [by_name, its_runs, its_fit]) =
+        (found("default", &[]), found("named", &["--mesh", "standard"]));
+    assert_eq!((derived, fit), (by_name, its_fit));
+    assert_eq!(runs["runs"], its_runs["runs"]);
+}
+
 #[test]
 fn report_renders_again() {
     let d = directory();
@@ -99,6 +116,9 @@ fn report_renders_again() {
     let page = std::fs::read(out.join("report.html")).expect("a page");
     std::fs::remove_file(out.join("report.html")).expect("removed");
     succeed(&["report", text(&out.join("result.json"))]);
+    assert_eq!(std::fs::read(out.join("report.html")).expect("a page"), page);
+    std::fs::remove_file(out.join("report.html")).expect("removed");
+    succeed(&["report", text(&out)]);
     assert_eq!(std::fs::read(out.join("report.html")).expect("a page"), page);
 }
 

@@ -37,6 +37,33 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
+/// Goal: a specimen that is none of its kind is told and drawn in its own colour. Set-up: one of ten is 2.2 times as stiff.
+#[test]
+fn a_specimen_that_differs_from_all_others_is_marked() {
+    let d = directory();
+    let (file, out) = (d.path().join("m.csv"), d.path().join("out"));
+    let source = std::fs::read_to_string(repository("data/measurement/table1-one-cycle/P2.csv")).unwrap();
+    let header = source.lines().find(|l| l.starts_with("time_s")).unwrap();
+    let third = header.split(',').position(|name| name == "s03").unwrap();
+    let changed = source.lines().map(|line| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let Some(force) = fields.get(third).and_then(|f| f.parse::<f64>().ok()) {
+            fields[third] = format!("{:.4}", 2.2 * force);
+        }
+        fields.join(",") + "\n"
+    });
+    std::fs::write(&file, changed.collect::<String>()).unwrap();
+    let printed = one_line(&succeed(&["inspect", text(&file), "--out", text(&out)]));
+    assert!(printed.contains("warning: specimen s03: its force differs in height"), "{printed}");
+    let odd = json(&out.join("inspection.json"))["tests"][0]["odd_specimens"].clone();
+    assert!(odd.as_array().unwrap().len() == 1 && odd[0]["name"] == "s03" && odd[0]["left_out"] == false);
+    let page = std::fs::read_to_string(out.join("inspection.html")).unwrap();
+    assert!(page.contains("specimen s03: its force differs in height"));
+    assert!(!page.contains("Autocorrelation"), "a caption without its figure");
+    let plain = succeed(&["inspect", text(&repository("data/measurement/table1-one-cycle/P2.csv"))]);
+    assert!(!plain.contains("differs in"), "{plain}");
+}
+
 #[test]
 fn six_cycles_are_read_as_the_protocol_made_them() {
     let d = directory();

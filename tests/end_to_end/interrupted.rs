@@ -1,6 +1,6 @@
 //! Stopping and killing: nothing is lost, and resuming gives the very same result.
 
-use super::program::{directory, fail, json, runner, succeed, text};
+use super::program::{directory, fail, json, repository, runner, succeed, text};
 use super::third_party::{WIRING, build, measurement};
 use std::path::Path;
 use std::process::{Child, Stdio};
@@ -79,6 +79,38 @@ fn a_killed_fit_resumes_to_the_same_result() {
     let runs = json(&killed.join("result.json"))["runs"].clone();
     let hits = runs["cache_hits"].as_u64().expect("a count");
     assert!(hits >= before as u64 - 1, "{before} runs were kept, {hits} used");
+}
+
+/// Goal: wherever a fit is killed, it ends as if it had not been. Set-up: a hundred fits, killed at times that go through all of it.
+#[test]
+#[ignore = "long: a hundred fits, each killed and resumed"]
+fn a_hundred_kills_end_equal() {
+    let d = directory();
+    let (data, whole) = (repository("data/measurement/table1-one-cycle/P2.csv"), d.path().join("whole"));
+    let fit =
+        |out: &Path| ["identify", text(&data), "--mesh", "coarse", "--out", text(out)].map(str::to_owned);
+    let words = |words: &[String]| succeed(&words.iter().map(String::as_str).collect::<Vec<_>>());
+    let start = Instant::now();
+    words(&fit(&whole));
+    let (length, expected) = (start.elapsed(), essence(&whole));
+    let mut killed = 0;
+    for k in 0..100 {
+        let out = d.path().join(format!("{k}"));
+        let child = runner().args(fit(&out)).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+        let mut child = child.expect("the program starts");
+        std::thread::sleep(length * k / 100);
+        killed += u32::from(child.try_wait().expect("its state").is_none());
+        child.kill().expect("SIGKILL");
+        child.wait().expect("its end");
+        if out.join("poropunch.toml").exists() {
+            succeed(&["identify", "--resume", "--out", text(&out)]);
+        } else {
+            words(&fit(&out));
+        }
+        assert_eq!(essence(&out), expected, "killed after {k} of 100 parts");
+        std::fs::remove_dir_all(&out).expect("removed");
+    }
+    assert!(killed > 50, "{killed} of 100 were killed before their end");
 }
 
 #[test]

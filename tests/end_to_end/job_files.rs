@@ -57,7 +57,7 @@ fn a_job_is_read_from_its_own_directory_and_keeps_the_one_that_repeats_it() {
     assert_eq!(json(&first.join("result.json"))["runs"]["runs"], 0);
     assert_eq!(std::fs::read_to_string(&kept).unwrap(), said);
     // Another question does not overwrite it.
-    let error = fail(&["identify", "--job", text(&kept), "--seed", "7"]);
+    let error = fail(&["identify", "--job", text(&kept), "--robust"]);
     assert!(error.contains("is an input of this command") && error.contains("--out"), "{error}");
     // Data that are no longer what they were are refused.
     measurement(&d.path().join("m.csv"), 3.1, 8.0, 1.2);
@@ -177,6 +177,38 @@ fn geometry_and_units_are_understood() {
     std::fs::write(&file, said.replace("2 mm", "2")).unwrap();
     let error = refuse(2, &["simulate", "--job", text(&file)]);
     assert!(error.contains("line 2: `geometry.punch_radius`") || error.contains("has no unit"), "{error}");
+}
+
+/// Goal: a server and the steps of a challenge take a job file; the step that writes cases leaves one that makes the same cases.
+#[test]
+fn servers_and_challenges_are_told_by_a_job() {
+    let d = directory();
+    let file = d.path().join("poropunch.toml");
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port();
+    let say = |more: &str| std::fs::write(&file, format!("[model]\nmesh = \"coarse\"\n{more}")).unwrap();
+    say(&format!("[um_bridge]\nport = {port}\nparameter = [\"material.n0s\"]\n"));
+    assert!(refuse(1, &["um-bridge", "--job", text(&file)]).contains("choose another with --port"));
+    say("[um_bridge]\nport = \"none\"\n");
+    let error = refuse(2, &["um-bridge", "--job", text(&file)]);
+    assert!(error.contains("line 4: `um_bridge.port`"), "{error}");
+
+    say(
+        "[challenge.make]\nseed = 5\ncases = 1\nkinds = \"null\"\nground = \"near\"\nout = \"cases\"\nsecret = \"a.secret\"\n",
+    );
+    succeed(&["challenge", "make", "--job", text(&file)]);
+    let kept = d.path().join("cases.key.toml");
+    let cases = |folder: &str| {
+        let case = std::fs::read_dir(d.path().join(folder).join("cases")).unwrap().next().unwrap().unwrap();
+        std::fs::read_to_string(case.path().join("P1.csv")).unwrap()
+    };
+    let first = cases("cases");
+    let again = d.path().join("again");
+    succeed(&["challenge", "make", "--job", text(&kept), "--out", text(&again)]);
+    assert_eq!(first, cases("again"));
+    assert!(!d.path().join("cases/poropunch.toml").exists(), "the seed is not told beside the cases");
+    say(&format!("[challenge.answer]\nfolder = \"{}\"\nquick = true\nfast = true\n", text(&again)));
+    assert!(refuse(2, &["challenge", "answer", "--job", text(&file)]).contains("challenge.answer.fast"));
 }
 
 /// Goal: the documentation's example is understood. Set-up: its measurements are not there, which is told after the fields are checked.

@@ -218,7 +218,8 @@ fn doubtful_data_are_told_in_the_first_lines() {
     let own = "time_s,displacement_mm,force_mN";
     let plain = inspect(table(|t, d, f| format!("{t:.3},{d},{f}")), own);
     assert!(!plain.contains("doubtful"), "{plain}");
-    let doubts: [(&str, String); 4] = [
+    let doubts: [(&str, String); 5] = [
+        ("--flip=force", table(|t, d, f| format!("{t:.3},{d},{}", -f))),
         ("--zero contact", table(|t, d, f| format!("{t:.3},{},{f}", d + 0.1))),
         ("--tare off-contact", table(|t, d, f| format!("{t:.3},{d},{}", f + 2.0))),
         ("at its limit", table(|t, d, f| format!("{t:.3},{d},{}", f.min(7.5)))),

@@ -138,6 +138,68 @@ fn absurd_numbers_are_wrong_use() {
     }
 }
 
+/// Goal: what has no end is not read, and nothing is left beside devices.
+#[test]
+#[cfg(unix)]
+fn devices_are_neither_read_nor_written() {
+    assert!(refuse(4, &["inspect", "/dev/zero"]).contains("it is a device"));
+    assert!(refuse(2, &["batch", "/dev/zero", "--mesh", "coarse"]).contains("it is a device"));
+    let base = ["simulate", "P2", "--mesh", "coarse", "--points", "5", "--out", "/dev/null"];
+    assert!(refuse(2, &base).contains("it is a device"));
+    assert!(!Path::new("/dev/null.csv").exists());
+}
+
+#[test]
+fn options_that_act_on_nothing_are_told() {
+    let d = directory();
+    let (file, out) = (repository("data/measurement/table1-one-cycle/P2.csv"), d.path().join("out"));
+    for (arguments, part) in [
+        (vec!["simulate", text(&file), "--points", "7"], "--points belongs to P1 and P2"),
+        (vec!["simulate", text(&file), "--cycles", "2"], "--cycles belongs to P1 and P2"),
+        (vec!["identify", text(&file), "--seed", "3"], "nothing is drawn"),
+        (vec!["identify", text(&file), "--fd-step", "0.1"], "acts on nothing"),
+        (vec!["identify", text(&file), "--weight", "ramp=1e160"], "0 or from 0.000001 to 1000000"),
+        (
+            vec!["identify", text(&file), "--bounds", "material.permeability=1e-8:1e-10mm^2"],
+            "lower bound 1.000e-8 mm^2 is not below upper bound 1.000e-10 mm^2",
+        ),
+        (
+            vec!["identify", text(&file), "--set", "material.n0s=2"],
+            "= 2 is outside its bounds [0.000001, 0.999]",
+        ),
+    ] {
+        let more = ["--mesh", "coarse", "--out", text(&out)];
+        let error = refuse(2, &[&arguments[..], &more].concat());
+        assert!(error.contains(part), "{arguments:?}: {error}");
+    }
+    let quick =
+        ["simulate", "P2", "--mesh", "coarse", "--points", "5", "--zero", "contact", "--out", text(&out)];
+    assert!(refuse(0, &quick).contains("note: P2 is no file"));
+}
+
+/// Goal: two tests of one name keep their results apart. Set-up: the same file name in two directories, and one name for two files.
+#[test]
+fn tests_of_one_name_are_told_apart() {
+    let d = directory();
+    let (fmu, out) = (build(d.path()), d.path().join("out"));
+    let files = ["a", "b"].map(|folder| d.path().join(folder).join("m.csv"));
+    for (k, file) in files.iter().enumerate() {
+        std::fs::create_dir(file.parent().expect("a directory")).expect("a directory");
+        measurement(file, 3.0 + k as f64, 8.0, 1.2);
+    }
+    let base = ["validate", "--fmu", text(&fmu), "--noise", "none"];
+    let common = [&base[..], &WIRING[..]].concat();
+    let printed = succeed(&[&common[..], &["--out", text(&out), text(&files[0]), text(&files[1])]].concat());
+    assert!(printed.contains("a_m ") && printed.contains("b_m "), "{printed}");
+    assert!(out.join("a_m.csv").exists() && out.join("b_m.csv").exists() && !out.join("m.csv").exists());
+    assert!(printed.lines().all(|line| line.chars().count() <= 80), "{printed}");
+    let other = d.path().join("a/other.csv");
+    measurement(&other, 5.0, 8.0, 1.2);
+    let named = [&files[0], &other].map(|file| format!("gel={}", text(file)));
+    let error = refuse(4, &[&common[..], &[&named[0], &named[1]]].concat());
+    assert!(error.contains("a second test is called `a_gel`") && error.contains("remedy"), "{error}");
+}
+
 #[test]
 #[cfg(unix)]
 fn names_that_are_not_utf8_are_wrong_use() {

@@ -2,7 +2,7 @@
 //! characters, completions and manual pages.
 
 use super::lag;
-use super::program::{directory, json, repository, run, succeed, text};
+use super::program::{self, directory, json, repository, run, succeed, text};
 use super::third_party::{WIRING, build, measurement};
 use serde_json::Value;
 use std::path::Path;
@@ -195,4 +195,33 @@ fn completions_and_manual_pages_are_made() {
         "{page:.200}"
     );
     assert!(pages.join("runner.1").exists() && pages.join("runner-challenge-make.1").exists());
+}
+
+/// Goal: what is to be typed again has the name by which the program was called. Set-up: called as the Python package calls it.
+#[test]
+#[cfg(unix)]
+fn the_package_s_command_is_completed_and_repeated_by_its_own_name() {
+    use std::os::unix::process::CommandExt;
+    let d = directory();
+    let said = |arguments: &[&str]| {
+        let output = program::runner()
+            .arg0("/usr/bin/poropunch")
+            .args(arguments)
+            .output()
+            .expect("the program starts");
+        assert!(output.status.success(), "{arguments:?}");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let script = said(&["completions", "bash"]);
+    assert!(
+        script.contains("complete -F _poropunch") && script.contains("default poropunch"),
+        "{script:.200}"
+    );
+    said(&["man", text(&d.path().join("man"))]);
+    assert!(d.path().join("man/poropunch-identify.1").exists());
+    let out = d.path().join("P2");
+    let coarse = ["simulate", "P2", "--mesh", "coarse", "--points", "5", "--out", text(&out), "--json"];
+    assert!(said(&coarse).contains("\"command\": \"poropunch simulate P2"));
+    let job = std::fs::read_to_string(out.with_extension("toml")).expect("a job file");
+    assert!(job.contains("# repeat: poropunch simulate --job P2.toml"), "{job}");
 }

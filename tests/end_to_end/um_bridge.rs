@@ -42,4 +42,7 @@ fn what_cannot_be_served_is_refused() {
     assert!(refuse(2, &["um-bridge", "--parameter", "material.permeabilty"]).contains("did you mean"));
     let twice = ["um-bridge", "--parameter", "material.n0s", "--parameter", "material.n0s"];
     assert!(refuse(2, &twice).contains("given twice"));
+    // A parameter set is a file, no name of an input.
+    let error = refuse(2, &["um-bridge", "--parameters", "none.ssv"]);
+    assert!(error.contains("none.ssv") && !error.contains("no parameter"), "{error}");
 }

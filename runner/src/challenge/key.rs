@@ -2,6 +2,7 @@
 
 use super::draw::Drawn;
 use super::ground::Ground;
+use crate::output::read_input;
 use chacha20poly1305::aead::{Aead, Generate as _, KeyInit};
 use chacha20poly1305::{Key as CipherKey, XChaCha20Poly1305, XNonce};
 use serde::{Deserialize, Serialize};
@@ -167,7 +168,7 @@ pub fn sealed(key: &Key, secret: &Secret) -> Option<Vec<u8>> {
 /// When a file cannot be read, is no key, is not the sealed one, or the secret is another one's.
 pub fn open(path: &Path, cases: &Path, secret: &Secret) -> Result<Key, KeyError> {
     let read =
-        |path: &Path| std::fs::read(path).map_err(|source| KeyError::Io { path: path.to_owned(), source });
+        |path: &Path| read_input(path).map_err(|source| KeyError::Io { path: path.to_owned(), source });
     let no_key = |reason: String| KeyError::NoKey { path: path.to_owned(), reason };
     let bytes_of_file = read(path)?;
     let seal = cases.join(SEAL);

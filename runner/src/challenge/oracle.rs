@@ -101,7 +101,7 @@ fn refitted(
         .map(|(measured, (plain, change))| measured - plain - change)
         .collect();
     let found = refit(Setup { offset_mn: &offset_mn, ..setup }, covariance, truth, EVALUATIONS)?;
-    let score = covariance.apply_columns(&DMatrix::from_columns(&[found.gap_mn.clone()])).norm();
+    let score = covariance.apply_columns(&DMatrix::from_columns(std::slice::from_ref(&found.gap_mn))).norm();
     Ok(Seen { score, gap_percent: gap_percent(setup.observations, &found.gap_mn) })
 }
 

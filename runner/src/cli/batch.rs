@@ -37,9 +37,9 @@ pub struct Arguments {
     /// Outputs to record beside the force
     #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "force_solid,force_fluid")]
     record: Vec<String>,
-    /// Number of output times for P1 and P2
-    #[arg(long, value_name = "N", default_value_t = 300, value_parser = super::count::points)]
-    points: usize,
+    /// Number of output times for P1 and P2, a file has its own [default: 300]
+    #[arg(long, value_name = "N", value_parser = super::count::points)]
+    points: Option<usize>,
     #[command(flatten)]
     engine: EngineArguments,
     #[command(flatten)]

@@ -2,7 +2,8 @@
 
 use super::diagnose::{self, diagnosis_of, tests_of};
 use super::engine_args::EngineArguments;
-use super::job::JobArguments;
+use super::exit::UsageError;
+use super::job::{Invocation, JobArguments};
 use super::progress::Progress;
 use super::terminal;
 use super::{CliResult, Ending};
@@ -14,12 +15,10 @@ use crate::challenge::score::score;
 use crate::challenge::table::markdown;
 use crate::data::Reading;
 use crate::diagnosis::result::Diagnosis;
-use crate::output::{json, write_file};
+use crate::output::{json, read_input, write_file};
 use crate::setting::settings_from;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Check the diagnosis on cases whose cause it does not know: make them, answer them, score the answers.
 #[derive(Debug, Args)]
@@ -74,6 +73,8 @@ struct Make {
     secret: Option<PathBuf>,
     #[command(flatten)]
     engine: EngineArguments,
+    #[command(flatten)]
+    job: JobArguments,
 }
 
 #[derive(Debug, Args)]
@@ -92,6 +93,8 @@ struct Answer {
     cache: Option<PathBuf>,
     #[command(flatten)]
     engine: EngineArguments,
+    #[command(flatten)]
+    job: JobArguments,
 }
 
 #[derive(Debug, Args)]
@@ -114,10 +117,10 @@ struct Score {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
+pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     match &arguments.step {
-        Step::Make(arguments) => make_cases(arguments, stop),
-        Step::Answer(arguments) => answer(arguments, stop),
+        Step::Make(arguments) => make_cases(arguments, call),
+        Step::Answer(arguments) => answer(arguments, call),
         Step::Score(arguments) => score_answers(arguments),
     }
 }
@@ -132,22 +135,22 @@ const NUMERICS: [&str; 3] =
 const DERIVATIVES: [&str; 1] = ["mesh.preset=coarse"];
 
 /// Refuses what would have no effect.
-fn check(arguments: &Make) -> Result<(), String> {
+fn check(arguments: &Make) -> Result<(), UsageError> {
     let EngineArguments { set, parameters, mesh, .. } = &arguments.engine;
     let given =
         [("--mesh", mesh.is_some()), ("--set", !set.is_empty()), ("--parameters", !parameters.is_empty())];
     match given.iter().find(|(_, is_given)| *is_given && arguments.ground == Ground::Wide) {
-        Some((option, _)) => Err(format!(
+        Some((option, _)) => Err(UsageError(format!(
             "{option} acts on the model, but the cases of --ground wide are computed by an independent solver; leave it \
              out, or add --ground near"
-        )),
+        ))),
         None => Ok(()),
     }
 }
 
-fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
+fn make_cases(arguments: &Make, call: &Invocation) -> CliResult {
     check(arguments)?;
-    let engine = arguments.engine.engine(&[], true, None, stop)?;
+    let engine = arguments.engine.engine(&[], true, None, &call.stop)?;
     let own = match arguments.ground {
         Ground::Near => &NUMERICS[..],
         Ground::Wide => &DERIVATIVES[..],
@@ -175,6 +178,8 @@ fn make_cases(arguments: &Make, stop: &Arc<AtomicBool>) -> CliResult {
     }
     let Made { secret, replaced } = made?;
     let secret = secret.text();
+    // It may tell the seed: it belongs to the key, not to the cases.
+    call.keep_as(&key.with_extension("toml"))?;
     say!(
         "wrote {} cases to {}; the encrypted key is in {}, its hash in {}",
         arguments.cases,
@@ -215,12 +220,16 @@ fn key_of(folder: &Path) -> PathBuf {
     folder.with_extension("key.json")
 }
 
+/// Where answers are kept, in the folder of the cases.
+const ANSWERS: &str = "answers";
+
 /// Where the answer to a case is kept.
 fn answer_file(folder: &Path, id: &str) -> PathBuf {
-    folder.join("answers").join(format!("{id}.json"))
+    folder.join(ANSWERS).join(format!("{id}.json"))
 }
 
-fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
+fn answer(arguments: &Answer, call: &Invocation) -> CliResult {
+    call.keep_as(&arguments.folder.join(format!("{ANSWERS}.toml")))?;
     for case in cases(&arguments.folder)? {
         let id = case.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let file = answer_file(&arguments.folder, &id);
@@ -249,7 +258,7 @@ fn answer(arguments: &Answer, stop: &Arc<AtomicBool>) -> CliResult {
             engine: arguments.engine.clone(),
         };
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let Some(diagnosis) = diagnosis_of(&asked, tests_of(&asked)?, command, stop)? else {
+        let Some(diagnosis) = diagnosis_of(&asked, tests_of(&asked)?, command, &call.stop)? else {
             return Ok(Ending::Interrupted);
         };
         write_file(&file, &json(&file, &diagnosis)?)?;
@@ -263,8 +272,9 @@ fn secret_of(told: &str) -> Result<Secret, Box<dyn std::error::Error>> {
     if let Some(secret) = Secret::of(told) {
         return Ok(secret);
     }
-    let text = std::fs::read_to_string(told)
-        .map_err(|e| format!("--secret {told}: neither 64 hexadecimal digits nor a file: {e}"))?;
+    let bytes = read_input(Path::new(told))
+        .map_err(|e| UsageError(format!("--secret {told}: neither 64 hexadecimal digits nor a file: {e}")))?;
+    let text = String::from_utf8_lossy(&bytes);
     let digits = text.lines().rfind(|line| !line.starts_with('#')).unwrap_or("");
     Secret::of(digits).ok_or_else(|| format!("{told} does not hold 64 hexadecimal digits").into())
 }
@@ -274,9 +284,10 @@ fn score_answers(arguments: &Score) -> CliResult {
     for (option, given) in [("--secret", secrets.len()), ("--key", arguments.key.len())] {
         let (folders, none_needed) = (arguments.folders.len(), option == "--key" && given == 0);
         if given != folders && !none_needed {
-            return Err(
-                format!("{option}: give one for each folder, in their order: {given} for {folders}").into()
-            );
+            return Err(UsageError(format!(
+                "{option}: give one for each folder, in their order: {given} for {folders}"
+            ))
+            .into());
         }
     }
     // No key is opened before all folders have all their answers.
@@ -295,7 +306,7 @@ fn score_answers(arguments: &Score) -> CliResult {
     if scored.iter().all(|(_, answer)| answer.is_none()) {
         return Err(format!(
             "{} holds no answers; `challenge answer {}` writes them",
-            first.join("answers").display(),
+            first.join(ANSWERS).display(),
             first.display()
         )
         .into());
@@ -327,7 +338,7 @@ fn check_answers(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
 
 /// An answer; none where its file is not there.
 fn read_answer(file: &Path) -> Result<Option<Diagnosis>, Box<dyn std::error::Error>> {
-    let Ok(bytes) = std::fs::read(file) else { return Ok(None) };
+    let Ok(bytes) = read_input(file) else { return Ok(None) };
     let read = serde_json::from_slice(&bytes);
     Ok(Some(read.map_err(|e| format!("{} is no diagnosis: {e}; delete it", file.display()))?))
 }

@@ -102,6 +102,12 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     if fit.jacobian == JacobianSource::Sensitivity {
         check_derivatives(&engine, &unknowns)?;
     }
+    let is_differenced = fit.jacobian == JacobianSource::Fd || check_derivatives(&engine, &unknowns).is_err();
+    if fit.fd_step != FitSettings::STEP && !is_differenced {
+        let why =
+            format!("--fd-step {}: all derivatives are the FMU's own, so this acts on nothing", fit.fd_step);
+        return Err(UsageError(format!("{why}; leave it out, or add --jacobian fd")).into());
+    }
     let names: Vec<&str> = unknowns.free().iter().map(|p| p.name.as_str()).collect();
     let assumed = assumed::say_before(&assumed::of(&engine, unknowns.fixed(), &names));
     for doubt in &doubts {

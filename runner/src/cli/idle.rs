@@ -21,6 +21,9 @@ pub fn check(fit: &FitSettings, parameters: &Unknowns, fitted: &[Observation]) -
             return idle(format!("--weight {text}: no fitted measurement has a point in the phase {name}"));
         }
     }
+    if fit.seed != FitSettings::SEED && fit.starts == 1 && !fit.posterior {
+        return idle(format!("--seed {}: of one start and no posterior nothing is drawn", fit.seed));
+    }
     if let Some(n) = fit.specimens
         && fitted.iter().all(|d| !d.measurement.specimens_n.is_empty() || d.measurement.spread_n.is_none())
     {

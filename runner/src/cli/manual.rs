@@ -1,6 +1,6 @@
 //! `runner completions` and `runner man`: what shells and `man` need, from the options that there are.
 
-use super::{CliResult, Ending, program};
+use super::{CliResult, Ending, called, program};
 use crate::output::Folder;
 use clap::Args;
 use clap_complete::{Shell, generate};
@@ -17,7 +17,7 @@ pub struct Completions {
 /// Write manual pages.
 #[derive(Debug, Args)]
 pub struct Man {
-    /// Directory for runner.1 and a page for each command
+    /// Directory for the program's page and one for each command
     #[arg(value_name = "DIR")]
     directory: PathBuf,
 }
@@ -25,7 +25,7 @@ pub struct Man {
 /// Prints the script.
 pub fn completions(arguments: &Completions) -> CliResult {
     let mut script = Vec::new();
-    generate(arguments.shell, &mut program(), "runner", &mut script);
+    generate(arguments.shell, &mut program(), called(), &mut script);
     // As it is: a script must not be wrapped.
     let _ = std::io::Write::write_all(&mut std::io::stdout(), &script);
     Ok(Ending::Complete)
@@ -35,7 +35,7 @@ pub fn completions(arguments: &Completions) -> CliResult {
 pub fn man(arguments: &Man) -> CliResult {
     let folder = Folder::begin(&arguments.directory, "man")?;
     let mut pages = Vec::new();
-    collect(program().disable_help_subcommand(true), "runner", &mut pages)?;
+    collect(program().disable_help_subcommand(true), called(), &mut pages)?;
     for (name, text) in &pages {
         folder.write(&format!("{name}.1"), text)?;
     }

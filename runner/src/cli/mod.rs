@@ -93,6 +93,14 @@ enum Command {
     Schema(schemas::Arguments),
 }
 
+/// What the program was called as, in what is to be typed again: its own name, or that of the Python package.
+pub(crate) fn called() -> &'static str {
+    const PACKAGE: &str = "poropunch";
+    let name = std::env::args_os().next().map(std::path::PathBuf::from);
+    let is_package = name.as_deref().and_then(std::path::Path::file_stem).is_some_and(|stem| stem == PACKAGE);
+    if is_package { PACKAGE } else { "runner" }
+}
+
 /// The program's commands and options.
 pub(crate) fn program() -> clap::Command {
     // The list of parameters comes from the variable table, so it is added when the program runs.
@@ -149,7 +157,7 @@ fn run(cli: &Cli, call: &Invocation) -> CliResult {
         Command::Inspect(arguments) => inspect::run(arguments, call),
         Command::Identify(arguments) => identify::run(arguments, call),
         Command::Diagnose(arguments) => diagnose::run(arguments, call),
-        Command::Challenge(arguments) => challenge::run(arguments, &call.stop),
+        Command::Challenge(arguments) => challenge::run(arguments, call),
         Command::Validate(arguments) => validate::run(arguments, call),
         Command::Batch(arguments) => batch::run(arguments, call),
         Command::Study(arguments) => study::run(arguments, &call.stop),

@@ -3,7 +3,7 @@
 
 use super::exit::UsageError;
 use crate::engine::Engine;
-use crate::output::protect;
+use crate::output::{check_no_device, protect};
 use crate::setting::{number_in, variable_named};
 use std::collections::{BTreeMap, HashSet};
 use std::fs::File;
@@ -135,6 +135,7 @@ fn columns(file: &Path, engine: &Engine) -> Result<Vec<Column>, UsageError> {
 }
 
 fn reader(file: &Path) -> Result<csv::Reader<File>, UsageError> {
+    check_no_device(file).map_err(|e| UsageError(format!("{}: {e}", file.display())))?;
     let mut builder = csv::ReaderBuilder::new();
     builder.comment(Some(b'#')).trim(csv::Trim::All).from_path(file).map_err(|e| unreadable(file, &e))
 }
@@ -148,7 +149,7 @@ fn at(file: &Path, line: u64, what: &str) -> UsageError {
 }
 
 /// A name that is safe as a file name.
-fn file_name(text: &str) -> String {
+pub(super) fn file_name(text: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '_' };
     text.chars().map(safe).collect::<String>().trim_start_matches('.').to_owned()
 }

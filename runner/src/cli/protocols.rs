@@ -1,6 +1,8 @@
 //! What to simulate: a protocol by name, or the motion in a file.
 
 use crate::cli::engine_args::show_notes;
+use crate::cli::exit::UsageError;
+use crate::cli::terminal;
 use crate::data::{Reading, Wanted, protocol_of, read_as};
 use poropunch::motion::protocol::{Protocol, ProtocolError, Trapezoid};
 use std::path::Path;
@@ -15,6 +17,9 @@ pub struct Motion {
     /// Output times (s).
     pub time_s: Arc<[f64]>,
 }
+
+/// Output times of a protocol where no number is asked for.
+const POINTS: usize = 300;
 
 /// The paper's `P1` or `P2`: that many complete cycles, or the first one to the end of the hold; nothing for another name.
 ///
@@ -37,22 +42,28 @@ pub fn paper(name: &str, cycles: Option<i32>, points: usize) -> Result<Option<Mo
 /// `P1`, `P2` (that many complete cycles, or the first one to the end of the hold) or the path of a CSV file.
 ///
 /// # Errors
-/// When the file cannot be used, or cycles are asked of it.
+/// When the file cannot be used, or cycles or a number of output times are asked of it.
 pub fn motion(
     text: &str,
     cycles: Option<i32>,
-    points: usize,
+    points: Option<usize>,
     reading: &Reading,
 ) -> Result<Motion, Box<dyn std::error::Error>> {
-    if let Some(motion) = paper(text, cycles, points)? {
+    if let Some(motion) = paper(text, cycles, points.unwrap_or(POINTS))? {
+        if *reading != Reading::default() {
+            terminal::note(&format!("{text} is no file: what is said about reading files acts on nothing"));
+        }
         return Ok(motion);
     }
-    if cycles.is_some() {
-        return Err(format!("--cycles belongs to P1 and P2: {text} has those that are in it").into());
+    let of_protocols = [("--cycles", cycles.is_some()), ("--points", points.is_some())];
+    if let Some((option, _)) = of_protocols.iter().find(|(_, is_given)| *is_given) {
+        return Err(
+            UsageError(format!("{option} belongs to P1 and P2, {text} has its own; leave it out")).into()
+        );
     }
     let path = Path::new(text);
     if !path.exists() {
-        return Err(format!("{text} is neither a protocol (P1, P2) nor a file").into());
+        return Err(UsageError(format!("{text} is neither a protocol (P1, P2) nor a file")).into());
     }
     let measurement = read_as(path, Wanted::Motion, reading)?;
     show_notes(&measurement);
@@ -85,7 +96,7 @@ mod tests {
 
     #[test]
     fn output_times_increase_and_hit_the_corners() {
-        let motion = motion("P2", None, 200, &Reading::default()).unwrap();
+        let motion = motion("P2", None, Some(200), &Reading::default()).unwrap();
         assert!(motion.time_s.windows(2).all(|w| w[0] < w[1]));
         for &(corner, _) in motion.protocol.points() {
             assert!(motion.time_s.contains(&corner));
@@ -95,9 +106,9 @@ mod tests {
 
     #[test]
     fn cycles_are_complete() {
-        let motion = motion("P1", Some(6), 720, &Reading::default()).unwrap();
+        let motion = motion("P1", Some(6), Some(720), &Reading::default()).unwrap();
         assert_eq!(motion.protocol.points().len(), 1 + 6 * 6);
         assert_eq!(motion.time_s.last(), Some(&motion.protocol.end_time()));
-        assert!(super::motion("data.csv", Some(6), 10, &Reading::default()).is_err());
+        assert!(super::motion("data.csv", Some(6), None, &Reading::default()).is_err());
     }
 }

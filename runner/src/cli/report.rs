@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 /// Render the HTML page of an earlier identification again.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// result.json of an identification
-    #[arg(value_name = "RESULT")]
+    /// Directory of an identification, or its result.json
+    #[arg(value_name = "DIR|RESULT")]
     result: PathBuf,
     /// Directory to write to [default: that of RESULT]
     #[arg(long, short, value_name = "DIR")]
@@ -20,7 +20,8 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    let file = &arguments.result;
+    let within = arguments.result.join(RESULT);
+    let file = if arguments.result.is_dir() { &within } else { &arguments.result };
     let fail = |reason: String| format!("{}: {reason}", file.display());
     let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
     let wrong = |e: serde_json::Error| fail(format!("is not a result of schema {SCHEMA}: {e}"));

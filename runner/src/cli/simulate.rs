@@ -2,6 +2,7 @@
 
 use super::assumed;
 use super::engine_args::{EngineArguments, RunArguments};
+use super::exit::UsageError;
 use super::fields::FieldArguments;
 use super::idle::nothing_fitted;
 use super::job::Invocation;
@@ -10,7 +11,7 @@ use super::protocols::motion;
 use super::terminal;
 use super::{CliResult, Ending};
 use crate::assumption::Assumption;
-use crate::output::{curve_csv, mark_written, write_file};
+use crate::output::{check_no_device, curve_csv, mark_written, write_file};
 use crate::pool::wiring::{Names, asks_for};
 use crate::pool::{ForceCurve, Job, Priority, RunFailure};
 use crate::setting::settings_from;
@@ -36,9 +37,9 @@ pub struct Arguments {
     /// Complete cycles of P1 or P2, with unloading and rests; without it, the first cycle to the end of the hold
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(i32).range(1..=1000))]
     cycles: Option<i32>,
-    /// Number of output times for P1 and P2 (a file's own times are used otherwise)
-    #[arg(long, value_name = "N", default_value_t = 300, value_parser = super::count::points)]
-    points: usize,
+    /// Number of output times for P1 and P2, a file has its own [default: 300]
+    #[arg(long, value_name = "N", value_parser = super::count::points)]
+    points: Option<usize>,
     #[command(flatten)]
     fields: FieldArguments,
     #[command(flatten)]
@@ -118,7 +119,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     for name in &arguments.record {
         let recorded = engine.wiring().outputs.iter().any(|p| asks_for(name, &p.name));
         if !recorded && engine.is_own() {
-            return Err(format!("the FMU has no real output `{name}` (--record)").into());
+            return Err(UsageError(format!("the FMU has no real output `{name}` (--record)")).into());
         }
     }
     let settings = arguments.run.engine.settings(engine.wiring())?;
@@ -130,6 +131,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let assumptions = assumed::of(&engine, &parameters, &[]);
     let assumed = assumed::say_before(&assumptions);
     let base = arguments.out.clone().unwrap_or_else(|| PathBuf::from(&motion.name));
+    check_no_device(&base).map_err(|e| UsageError(format!("--out {}: {e}", base.display())))?;
     let job = Job { parameters, protocol: motion.protocol, time_s: motion.time_s };
     let ended = engine.submit(&job, Priority::Urgent).wait();
     if let Some(pvd) = pvd.as_deref().filter(|pvd| pvd.is_file()) {

@@ -1,12 +1,11 @@
 //! `runner um-bridge`: the model for samplers, over HTTP.
 
-use super::engine_args::EngineArguments;
+use super::engine_args::RunArguments;
 use super::exit::UsageError;
 use super::idle::nothing_fitted;
 use super::job::Invocation;
 use super::protocols::motion;
 use super::{CliResult, Ending};
-use crate::data::Reading;
 use crate::fmi::Fmu;
 use crate::pool::Wiring;
 use crate::pool::wiring::Names;
@@ -25,13 +24,13 @@ pub struct Arguments {
     motion: String,
     /// Parameter that is an input, in this order (repeatable) [default: those that `identify` fits]
     #[arg(long = "parameter", value_name = "NAME")]
-    parameters: Vec<String>,
+    inputs: Vec<String>,
     /// Complete cycles of P1 or P2
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(i32).range(1..=1000))]
     cycles: Option<i32>,
-    /// Number of output times for P1 and P2 (a file's own times are used otherwise)
-    #[arg(long, value_name = "N", default_value_t = 300, value_parser = super::count::points)]
-    points: usize,
+    /// Number of output times for P1 and P2, a file has its own [default: 300]
+    #[arg(long, value_name = "N", value_parser = super::count::points)]
+    points: Option<usize>,
     /// Port to listen on; 0 for any that is free
     #[arg(long, value_name = "PORT", default_value_t = 4242)]
     port: u16,
@@ -39,16 +38,14 @@ pub struct Arguments {
     #[arg(long, value_name = "IP", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     address: IpAddr,
     #[command(flatten)]
-    reading: Reading,
-    #[command(flatten)]
-    engine: EngineArguments,
+    run: RunArguments,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
-    nothing_fitted(&arguments.reading, "um-bridge")?;
-    let motion = motion(&arguments.motion, arguments.cycles, arguments.points, &arguments.reading)?;
-    let engine = &arguments.engine;
+    let RunArguments { reading, engine, .. } = &arguments.run;
+    nothing_fitted(reading, "um-bridge")?;
+    let motion = motion(&arguments.motion, arguments.cycles, arguments.points, reading)?;
     let fmu = Arc::new(match &engine.fmu {
         Some(path) => Fmu::open(path)?,
         None => Fmu::builtin()?,
@@ -59,7 +56,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     engine.show_notes(&wiring);
     let model = ForwardModel {
         settings: settings_from(&wiring, &engine.settings(&wiring)?)?,
-        parameters: inputs(&wiring, &arguments.parameters)?,
+        parameters: inputs(&wiring, &arguments.inputs)?,
         protocol: motion.protocol,
         time_s: motion.time_s,
         wiring: Arc::new(wiring),

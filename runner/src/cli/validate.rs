@@ -5,6 +5,7 @@ use super::engine_args::RunArguments;
 use super::identify::{observations, sample_height};
 use super::idle::nothing_fitted;
 use super::job::Invocation;
+use super::parameter_sets::file_name;
 use super::terminal;
 use super::{CliResult, Ending};
 use crate::assumption::Assumption;
@@ -12,7 +13,7 @@ use crate::data::{Wanted, read_tests};
 use crate::identification::curves;
 use crate::noise::{Uncertainty, Weights, noise_model};
 use crate::output::{Folder, curve_csv};
-use crate::report::Pair;
+use crate::report::{Pair, columns};
 use crate::score::Score;
 use crate::setting::settings_from;
 use clap::Args;
@@ -91,21 +92,22 @@ impl ValidatedTest {
         }
     }
 
-    fn say(&self) {
-        let relaxation = self
-            .relaxation_percent
-            .map_or_else(|| "-".to_owned(), |r| format!("{:.1} ({:.1})", r.model, r.measured));
-        let per_point = self.chi_square / self.points as f64;
-        let peak = format!("{:.3} ({:.3})", self.peak_mn.model, self.peak_mn.measured);
-        say!(
-            "{:16} {:6}  {per_point:11.3}  {:6.4}  {peak:>18}  {relaxation:>12}",
-            self.name,
-            self.points,
-            self.rms_mn
-        );
-        self.noise.iter().for_each(|n| say!("  {n}"));
+    fn row(&self) -> Vec<String> {
+        let pair = |p: &Pair, digits: usize| format!("{:.digits$} / {:.digits$}", p.measured, p.model);
+        vec![
+            self.name.clone(),
+            self.points.to_string(),
+            format!("{:.3}", self.chi_square / self.points as f64),
+            format!("{:.4}", self.rms_mn),
+            pair(&self.peak_mn, 3),
+            self.relaxation_percent.as_ref().map_or_else(|| "-".to_owned(), |r| pair(r, 1)),
+        ]
     }
 }
+
+/// Headings of [`ValidatedTest::row`].
+const HEADER: [&str; 6] =
+    ["measured / model", "points", "chi^2 per point", "rms mN", "peak force mN", "relaxation %"];
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
@@ -121,8 +123,6 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let assumptions = assumed::of(&engine, &values, &[]);
     let assumed = assumed::say_before(&assumptions);
     let folder = arguments.out.as_ref().map(|d| Folder::begin(d, "validate")).transpose()?;
-    say!("                                             peak, mN           relaxation, %");
-    say!("measurement      points  chi^2/point  rms, mN  model (measured)  model (measured)");
     let mut validated = Vec::new();
     let mut failures = Vec::new();
     for (test, curve) in tests.iter().zip(curves(&engine, &tests, &values, false)) {
@@ -140,15 +140,20 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         let s = Score::of(test, &curve, &noise.covariance);
         let told = noise.tests.iter().map(|t| t.description.clone()).collect();
         let found = ValidatedTest::of(name, &s, told);
-        found.say();
         validated.push(found);
         if let Some(folder) = &folder {
             let text = curve_csv(&curve, &[format!("model at the times of {name}")]);
-            folder.write(&format!("{name}.csv"), text.as_bytes())?;
+            folder.write(&format!("{}.csv", file_name(name)), text.as_bytes())?;
         }
     }
     if let Some(folder) = &folder {
         call.keep(folder)?;
+    }
+    let mut table = String::new();
+    columns(&mut table, HEADER, &validated.iter().map(ValidatedTest::row).collect::<Vec<_>>());
+    say!("{}", table.trim_start_matches('\n').trim_end());
+    for test in &validated {
+        test.noise.iter().for_each(|n| say!("{}: {n}", test.name));
     }
     if let Some(assumed) = assumed {
         say!("{assumed}");

@@ -84,6 +84,12 @@ fn flips(m: &mut Measurement, own: Own, reading: &Reading) -> Flipped {
     }
     // The force is largest where the punch is in; a test in which it is not has no direction of its own.
     let Some((motion, push)) = largest_push(m) else { return of(false, false) };
+    if push < 0.0 && own.force {
+        m.warnings.push(
+            "the force falls as the punch goes in: is tension positive? --flip=force, or --flip=none"
+                .to_owned(),
+        );
+    }
     let flip = of(motion < 0.0 && !own.displacement, push < 0.0 && !own.force);
     for (flipped, what) in [
         (

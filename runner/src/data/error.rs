@@ -105,6 +105,9 @@ pub enum Problem {
         /// The other.
         second: String,
     },
+    /// Two tests of one name.
+    #[error("a second test is called `{0}`")]
+    SameName(String),
     /// Two columns for the same quantity.
     #[error("is the second column for the same quantity as `{0}`")]
     DuplicateColumn(String),
@@ -278,6 +281,7 @@ impl Problem {
             Self::SameTwice { .. } => {
                 "keep one of the two: a specimen that counts twice makes intervals too narrow".into()
             }
+            Self::SameName(name) => format!("give each its own: {name}_1=FILE {name}_2=FILE"),
             Self::MissingUnit { example } => format!("write it into the name, for example `{example}`, or give it with --column"),
             Self::WrongUnit { known, .. } => format!("write one of {known} (capitals matter: mN is not MN)"),
             Self::FieldCount { .. } => {
@@ -308,7 +312,9 @@ impl Problem {
                     .into()
             }
             Self::NoRamp => {
-                "start the file before the loading; displacement must grow when the punch goes in".into()
+                "start the file before the loading; displacement must grow when the punch goes in: \
+                 --flip=displacement reverses it"
+                    .into()
             }
             Self::RampsDiffer { .. } => {
                 "specimens of one test share rate and depth to 10 %; give tests of another protocol separately"

@@ -88,6 +88,7 @@ impl SpecimenFiles {
             .flat_map(|m| m.warnings.iter().map(|w| format!("{}: {w}", m.name)))
             .collect();
         let mut test = synchronise(&self.name, specimens)?;
+        test.measurement.name.clone_from(&self.name);
         test.measurement.warnings.extend(warnings);
         Ok(test)
     }
@@ -104,14 +105,14 @@ fn matching(pattern: &Path) -> Result<Vec<PathBuf>, Problem> {
 /// Reads the tests that arguments of the command line name; what several files leave open is asked once.
 ///
 /// # Errors
-/// As [`SpecimenFiles::of`] and [`SpecimenFiles::read`]; when two tests are the same data.
+/// As [`SpecimenFiles::of`] and [`SpecimenFiles::read`]; when two tests are the same data, or have one name.
 pub fn read_tests(
     arguments: &[PathBuf],
     wanted: Wanted,
     reading: &Reading,
 ) -> Result<Vec<Synchronised>, DataError> {
     let read = |argument: &PathBuf| SpecimenFiles::of(argument)?.read(wanted, reading);
-    let tests = asked_together(arguments.iter().map(read))?;
+    let mut tests = asked_together(arguments.iter().map(read))?;
     for (k, test) in tests.iter().enumerate() {
         let m = &test.measurement;
         let same = |t: &&Synchronised| {
@@ -123,7 +124,26 @@ pub fn read_tests(
             return Err(m.error(Problem::SameTwice { first, second }));
         }
     }
+    tell_apart(&mut tests)?;
     Ok(tests)
+}
+
+/// Tests of one name are called by the directories that they are in, too.
+fn tell_apart(tests: &mut [Synchronised]) -> Result<(), DataError> {
+    let names: Vec<String> = tests.iter().map(|t| t.measurement.name.clone()).collect();
+    let is_shared = |name: &String| names.iter().filter(|n| *n == name).count() > 1;
+    for test in tests.iter_mut().filter(|t| is_shared(&t.measurement.name)) {
+        let m = &mut test.measurement;
+        if let Some(directory) = m.file.parent().and_then(Path::file_name) {
+            m.name = format!("{}_{}", directory.to_string_lossy(), m.name);
+        }
+    }
+    for (k, test) in tests.iter().enumerate() {
+        if tests[..k].iter().any(|t| t.measurement.name == test.measurement.name) {
+            return Err(test.measurement.error(Problem::SameName(test.measurement.name.clone())));
+        }
+    }
+    Ok(())
 }
 
 /// All that could be read; otherwise everything that the files leave open at once, or the first other complaint.

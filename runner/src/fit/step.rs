@@ -77,7 +77,7 @@ impl ScaledModel<'_> {
         let c = self.value(origin);
         let at = |t: f64| (t, t * (a * t + b) + c);
         let stationary = -0.5 * b / a;
-        let candidates = [at(low), at(high), at(if a > 0.0 { stationary.clamp(low, high) } else { low })];
+        let candidates = [at(low), at(high), at(if a > 0.0 { stationary.max(low).min(high) } else { low })];
         candidates.into_iter().fold(candidates[0], |best, c| if c.1 < best.1 { c } else { best })
     }
 

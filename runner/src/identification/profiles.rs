@@ -44,14 +44,25 @@ pub fn profiles(
     };
     let doubtful = targets.iter().enumerate().filter(|(k, _)| is_doubtful(*k));
     let _under_way: Vec<_> = doubtful.map(|(_, target)| profiler.prefetch(target)).collect();
+    let is_asked = |target: &Target| asked.iter().any(|name| target.is_called(name));
+    // Each waits for its runs, which share the pool: one after the other they would leave cores idle.
+    let profiler = &profiler;
+    let swift: Vec<Option<Result<Profile, EvaluationFailure>>> = std::thread::scope(|scope| {
+        let begin = |(k, target)| {
+            (is_doubtful(k) && !is_asked(target)).then(|| scope.spawn(move || profiler.swift(target)))
+        };
+        let begun: Vec<_> = targets.iter().enumerate().map(begin).collect();
+        let end = |thread: std::thread::ScopedJoinHandle<'_, _>| {
+            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        begun.into_iter().map(|thread| thread.map(end)).collect()
+    });
     let mut rows = Vec::new();
-    for (k, target) in targets.iter().enumerate() {
-        if asked.iter().any(|name| target.is_called(name)) {
+    for (k, (target, swift)) in targets.iter().zip(swift).enumerate() {
+        if is_asked(target) {
             rows.push(row(target, &profiler.profile(target)?, statistics, true));
-            continue;
-        }
-        if is_doubtful(k) {
-            let found = row(target, &profiler.swift(target)?, statistics, false);
+        } else if let Some(profile) = swift {
+            let found = row(target, &profile?, statistics, false);
             if differs(&found, &statistics.terms[k]) {
                 rows.push(found);
             }

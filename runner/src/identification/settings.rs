@@ -41,7 +41,7 @@ pub struct FitSettings {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = crate::cli::count::starts)]
     pub starts: usize,
     /// Seed of the drawn starts
-    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    #[arg(long, value_name = "SEED", default_value_t = Self::SEED)]
     pub seed: u64,
     /// Take the interval of this value from the profile of the likelihood: a parameter by its name, or a symbol such as G_1, tau_2,
     /// alpha_1, K0 (repeatable). Without being asked this is done where a linearised interval is open or curved; `none` leaves that out
@@ -57,7 +57,7 @@ pub struct FitSettings {
     #[arg(long, value_enum, default_value_t)]
     pub jacobian: JacobianSource,
     /// Finite-difference step, relative to the parameter
-    #[arg(long, value_name = "STEP", default_value_t = 0.01)]
+    #[arg(long, value_name = "STEP", default_value_t = Self::STEP)]
     pub fd_step: f64,
     /// Largest number of evaluations per start (those inside a Jacobian are not counted)
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = crate::cli::count::evaluations)]
@@ -76,12 +76,16 @@ pub enum JacobianSource {
     Fd,
 }
 
+/// Smaller weights leave a phase out, larger ones everything else: beyond, chi^2 loses its digits.
+const LEAST_WEIGHT: f64 = 1e-6;
+const MOST_WEIGHT: f64 = 1e6;
+
 /// Settings that cannot be used.
 #[derive(Debug, Error)]
 pub enum SettingsError {
     /// A phase weight that cannot be read.
     #[error(
-        "--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold (or hold-early, hold-middle, hold-late), unload, recovery and WEIGHT >= 0"
+        "--weight {0}: write PHASE=WEIGHT with PHASE one of approach, ramp, hold (or hold-early, hold-middle, hold-late), unload, recovery and WEIGHT 0 or from {LEAST_WEIGHT} to {MOST_WEIGHT}"
     )]
     BadWeight(String),
     /// A step that is not small and positive.
@@ -90,6 +94,11 @@ pub enum SettingsError {
 }
 
 impl FitSettings {
+    /// Seed unless another one is asked for.
+    pub const SEED: u64 = 1;
+    /// Finite-difference step unless another one is asked for.
+    pub const STEP: f64 = 0.01;
+
     /// What is fitted, fixed and tied, beside what is `set`.
     pub fn requests(&self, set: Vec<String>) -> Requests {
         let f = self.clone();
@@ -113,7 +122,8 @@ impl FitSettings {
             let bad = || SettingsError::BadWeight(text.clone());
             let (phase, weight) = text.split_once('=').ok_or_else(bad)?;
             let named = Phase::named(phase.trim()).ok_or_else(bad)?;
-            let weight = weight.trim().parse::<f64>().ok().filter(|w| w.is_finite() && *w >= 0.0);
+            let is_usable = |w: &f64| *w == 0.0 || (LEAST_WEIGHT..=MOST_WEIGHT).contains(w);
+            let weight = weight.trim().parse::<f64>().ok().filter(is_usable);
             let weight = weight.ok_or_else(bad)?;
             Ok(named.iter().map(move |phase| (*phase, weight)))
         };

@@ -1,5 +1,6 @@
 //! A parameter as the user knows it, and the variable that the optimiser sees instead.
 
+use super::wording::significant;
 use crate::fit::{Bounds, FitError};
 use serde::{Deserialize, Serialize};
 
@@ -72,7 +73,8 @@ impl FitParameter {
         [lower, upper]: [f64; 2],
     ) -> Result<Self, FitError> {
         let refuse = |reason: String| Err(FitError::Parameter { name: name.to_owned(), reason });
-        let shown = |v: f64| format!("{:.6} {}", unit.from_si(v), unit.name);
+        let shown =
+            |v: f64| format!("{} {}", significant(unit.from_si(v), 4), unit.name).trim_end().to_owned();
         if ![start, lower, upper].iter().all(|v| v.is_finite()) {
             return refuse("start and bounds must be finite numbers".to_owned());
         }
@@ -182,7 +184,7 @@ mod tests {
         let unit = Unit::new("mm^2", 1e-6);
         let error = FitParameter::new("material.permeability", "K0", unit, 1.0, [1e-20, 1e-8]).unwrap_err();
         let text = error.to_string();
-        for part in ["material.permeability", "1000000.000000 mm^2", "widen"] {
+        for part in ["material.permeability", "start 1.000e6 mm^2", "[1.000e-14 mm^2", "widen"] {
             assert!(text.contains(part), "{text}");
         }
     }

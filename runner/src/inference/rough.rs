@@ -41,10 +41,14 @@ impl Twin {
     }
 }
 
-/// Whether the model has a rough twin: it is poropunch's own, and nothing of what makes it rough was chosen.
+/// Whether the model has a rough twin: it is poropunch's own, no coarser one, and nothing else of what makes it rough was chosen.
 pub fn applies(setup: Setup) -> bool {
-    let chosen = |name: &String| name.starts_with("mesh.") || name.starts_with("solver.");
-    setup.engine.is_own() && !setup.unknowns.fixed().keys().any(chosen)
+    let [(preset, coarsest), ..] = ROUGH;
+    let is_chosen = |(name, value): (&String, &f64)| match name.as_str() {
+        name if name == preset => *value == coarsest,
+        name => name.starts_with("mesh.") || name.starts_with("solver."),
+    };
+    setup.engine.is_own() && !setup.unknowns.fixed().iter().any(is_chosen)
 }
 
 /// [`search`] by the rough model; by runs of the model asked for alone where the rough one leads nowhere.

@@ -12,6 +12,7 @@ use crate::data::plausibility::outliers;
 use crate::data::{DataError, Estimate, Measurement, Synchronised};
 use crate::noise::common_factor::common_factor;
 use crate::noise::correlated::{NoiseParts, Record, autocorrelation, noise_parts};
+use crate::noise::odd_specimen::{Odd, odd_in_height, odd_in_shape};
 
 /// What is not in the files.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,6 +86,7 @@ fn test(test: &Synchronised, options: &Options) -> Result<(TestInspection, Vec<R
         synthetic: m.is_synthetic(),
         notes,
         specimens: m.specimen_names.clone(),
+        odd_specimens: odd_specimens(m),
         points: m.len(),
         displacement_noise_mm: traces.iter().map(|t| t.displacement_noise_m).fold(0.0, f64::max) * 1e3,
         shifts_s: test.shifts_s.clone(),
@@ -93,6 +95,22 @@ fn test(test: &Synchronised, options: &Options) -> Result<(TestInspection, Vec<R
         curve: curve(m)?,
     };
     Ok((inspection, readings))
+}
+
+/// Specimens of another shape, which are left out of fits, and those of another height.
+fn odd_specimens(m: &Measurement) -> Vec<OddSpecimen> {
+    let told = |left_out: bool| {
+        move |odd: Odd| {
+            let name = m.specimen_names.get(odd.index).cloned();
+            OddSpecimen { name: name.unwrap_or_else(|| format!("{}", odd.index + 1)), why: odd.why, left_out }
+        }
+    };
+    let shapes = odd_in_shape(m).into_iter().map(told(true));
+    let mut all: Vec<OddSpecimen> = shapes.collect();
+    let heights = odd_in_height(m).into_iter().map(told(false));
+    let new: Vec<OddSpecimen> = heights.filter(|h| all.iter().all(|s| s.name != h.name)).collect();
+    all.extend(new);
+    all
 }
 
 /// Where nothing was measured in the air, the load cell is believed.

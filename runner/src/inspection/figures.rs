@@ -97,7 +97,7 @@ pub(super) fn whole(test: &TestInspection) -> Vec<Shapes> {
     ]
 }
 
-/// What was read: the force of every specimen, samples that stand alone marked.
+/// What was read: the force of every specimen; those that are odd, and samples that stand alone, marked.
 pub(super) fn as_read(test: &TestInspection) -> Option<Shapes> {
     let curve = &test.curve;
     if curve.specimens_mn.is_empty() && curve.outliers.is_empty() {
@@ -109,8 +109,11 @@ pub(super) fn as_read(test: &TestInspection) -> Option<Shapes> {
     let axis = Axis::linear("force (mN)").with_range(limits.0, limits.1);
     let mut chart = Chart::new("As read: every specimen", Axis::linear("time (s)"), axis, WIDE);
     for (k, specimen) in curve.specimens_mn.iter().enumerate() {
-        let name = test.specimens.get(k).cloned().unwrap_or_else(|| format!("specimen {}", k + 1));
-        chart = chart.with(None, palette::GREY, Mark::Line, &curve.time_s, specimen).told(&name);
+        let name = test.specimens.get(k).cloned().unwrap_or_else(|| format!("{}", k + 1));
+        let is_odd = test.odd_specimens.iter().any(|odd| odd.name == name);
+        let (label, colour) =
+            if is_odd { (Some(name.as_str()), palette::VERMILION) } else { (None, palette::GREY) };
+        chart = chart.with(label, colour, Mark::Line, &curve.time_s, specimen).told(&name);
     }
     chart = chart.with(None, palette::INK, Mark::Line, &curve.time_s, &curve.force_mn).told("median");
     let (time_s, force_mn): (Vec<f64>, Vec<f64>) = curve.outliers.iter().copied().unzip();

@@ -2,7 +2,7 @@
 
 use super::figures;
 use super::result::*;
-use super::table::{cycles, noise, plus_minus, quartiles, ratio, water_line};
+use super::table::{cycles, noise, odd_line, plus_minus, quartiles, ratio, water_line};
 use crate::data::{Estimate, Phase};
 use crate::report::plot::pretty;
 use crate::report::{document, glossary, shapes};
@@ -73,6 +73,7 @@ fn together(inspection: &Inspection) -> Markup {
 }
 
 fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
+    let autocorrelation = figures::autocorrelation(test);
     html! {
         h2 { (test.name) }
         p.meta {
@@ -80,6 +81,9 @@ fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
             @if test.specimens.is_empty() { "one curve" } @else { (test.specimens.len()) " specimens" }
         }
         @if !test.notes.is_empty() { ul { @for note in &test.notes { li { (text(note)) } } } }
+        @if !test.odd_specimens.is_empty() {
+            ul { @for odd in &test.odd_specimens { li { b { (text(&odd_line(odd))) } } } }
+        }
         (forces(test))
         (legend())
         @if let Some(f) = figures::as_read(test) { (shapes(&f)) }
@@ -97,10 +101,12 @@ fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
         (contacts(test, threshold_mn))
         div.pair {
             @if let Some(f) = figures::loadings(test) { (PreEscaped(f)) }
-            @if let Some(f) = figures::autocorrelation(test) { (PreEscaped(f)) }
+            @if let Some(f) = &autocorrelation { (PreEscaped(f)) }
         }
-        p.caption { "Autocorrelation of the force while the punch rests in the air, drift taken out; grey band: two standard \
-             deviations for independent samples." }
+        @if autocorrelation.is_some() {
+            p.caption { "Autocorrelation of the force while the punch rests in the air, drift taken out; grey band: two standard \
+                 deviations for independent samples." }
+        }
         h3 { "Noise" }
         ul { @for line in noise(&test.noise) { li { (text(&line)) } } }
     }

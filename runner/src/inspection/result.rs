@@ -41,6 +41,8 @@ pub struct TestInspection {
     pub notes: Vec<String>,
     /// Names of the specimens; empty where the file holds one curve.
     pub specimens: Vec<String>,
+    /// Specimens that differ from all others in shape or height.
+    pub odd_specimens: Vec<OddSpecimen>,
     /// Number of points.
     pub points: usize,
     /// Standard deviation of a displacement sample's noise (mm).
@@ -54,6 +56,17 @@ pub struct TestInspection {
     /// The curve with its phases, for the page and phases.csv.
     #[serde(skip)]
     pub curve: PhaseCurve,
+}
+
+/// A specimen that is none of its kind.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OddSpecimen {
+    /// Its name.
+    pub name: String,
+    /// What is odd about it.
+    pub why: String,
+    /// Whether `identify` and `diagnose` leave it out: that of another shape.
+    pub left_out: bool,
 }
 
 /// Median curve, point by point.

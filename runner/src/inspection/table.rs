@@ -17,6 +17,9 @@ pub fn table(inspection: &Inspection) -> String {
         for line in noise(&test.noise) {
             let _ = writeln!(out, "{line}");
         }
+        for odd in &test.odd_specimens {
+            let _ = writeln!(out, "warning: {}", odd_line(odd));
+        }
         for note in &test.notes {
             let _ = writeln!(out, "note: {note}");
         }
@@ -46,6 +49,12 @@ fn describe(out: &mut String, test: &TestInspection) {
         let shifts: Vec<String> = shifts.map(|(n, s)| format!("{n} {:+.4}", s.value)).collect();
         let _ = writeln!(out, "clocks shifted onto the ramps of the first (s): {}", shifts.join(", "));
     }
+}
+
+/// An odd specimen, and what becomes of it.
+pub(super) fn odd_line(odd: &OddSpecimen) -> String {
+    let then = if odd.left_out { "fits leave it out" } else { "is it one of these? Fits take it for one" };
+    format!("specimen {}: {}; {then}", odd.name, odd.why)
 }
 
 /// `1 cycle`, `6 cycles`.

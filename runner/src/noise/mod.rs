@@ -14,7 +14,7 @@ mod motion;
 mod neighbours;
 mod numerical;
 pub mod observation;
-mod odd_specimen;
+pub mod odd_specimen;
 mod specimens;
 mod spikes;
 #[cfg(test)]

@@ -15,44 +15,95 @@ const ODD: f64 = 1e-2;
 /// Means of so many stretches of the record stand for a curve: they are smooth where samples are noisy.
 const STRETCHES: usize = 40;
 
-/// The measurement without its odd specimens, and what is left out, in words.
-pub fn without_odd(measurement: &Measurement) -> (Measurement, Vec<String>) {
-    let mut kept = measurement.clone();
-    let mut told = Vec::new();
-    while kept.specimens_n.len() >= FEWEST && told.len() < measurement.specimens_n.len() / FEWEST {
-        let Some((k, times)) = odd(&kept.specimens_n) else { break };
-        kept.specimens_n.remove(k);
-        let name = match k < kept.specimen_names.len() {
-            true => kept.specimen_names.remove(k),
-            false => format!("{}", k + 1),
-        };
-        told.push(format!(
-            "specimen {name}: its curve differs in shape from the mean of the other {} by {times:.0} times what one of them does",
-            kept.specimens_n.len()
-        ));
-    }
-    (kept, told)
+/// A specimen that is none of its kind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Odd {
+    /// Which of the measurement's specimens.
+    pub index: usize,
+    /// What is odd about it.
+    pub why: String,
 }
 
-/// The specimen that differs most from all others, and by how many of their deviations, if it is odd.
-fn odd(specimens_n: &[Vec<f64>]) -> Option<(usize, f64)> {
-    let n = specimens_n.len();
-    let curves: Vec<DVector<f64>> = specimens_n.iter().map(|s| stretches(s)).collect();
-    let times = |k: usize| {
-        let others = || (0..n).filter(move |&j| j != k);
-        let sum: DVector<f64> = others().map(|j| &curves[j]).sum();
-        let mean = sum / (n - 1) as f64;
-        let beside = |j: usize| {
-            let height = curves[j].dot(&mean) / mean.norm_squared();
-            (&curves[j] / height - &mean).norm_squared()
-        };
-        let own: f64 = others().map(beside).sum::<f64>() / (n - 2) as f64;
-        (beside(k) * (n - 1) as f64 / (n as f64 * own)).sqrt()
+/// The measurement without the specimens of an odd shape, and what is left out, in words.
+pub fn without_odd(measurement: &Measurement) -> (Measurement, Vec<String>) {
+    let mut kept = measurement.clone();
+    let odd = odd_in_shape(measurement);
+    let is_odd = |k: usize| odd.iter().any(|o| o.index == k);
+    for k in (0..measurement.specimens_n.len()).rev().filter(|k| is_odd(*k)) {
+        kept.specimens_n.remove(k);
+        if k < kept.specimen_names.len() {
+            kept.specimen_names.remove(k);
+        }
+    }
+    let name = |k: usize| measurement.specimen_names.get(k).cloned().unwrap_or_else(|| format!("{}", k + 1));
+    (kept, odd.iter().map(|o| format!("specimen {}: {}", name(o.index), o.why)).collect())
+}
+
+/// Specimens whose curve has another shape than the others'.
+pub fn odd_in_shape(measurement: &Measurement) -> Vec<Odd> {
+    let why = |times: f64, others: usize| {
+        format!(
+            "its curve differs in shape from the mean of the other {others} by {times:.0} times what one of them does"
+        )
     };
-    let all = (0..n).map(|k| (k, times(k))).filter(|(_, times)| times.is_finite());
-    let (k, times) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let student = StudentsT::new(0.0, 1.0, (n - 2) as f64).ok()?;
-    (2.0 * n as f64 * student.sf(times) < ODD).then_some((k, times))
+    odd(measurement, shape, why)
+}
+
+/// Specimens whose curve is higher or lower than the others'.
+pub fn odd_in_height(measurement: &Measurement) -> Vec<Odd> {
+    let why = |times: f64, others: usize| {
+        format!(
+            "its force differs in height from the mean of the other {others} by {times:.0} times what one of them does"
+        )
+    };
+    odd(measurement, height, why)
+}
+
+/// The odd specimens, the oddest first; `size` is how far a specimen is from all others, in their own deviations.
+fn odd(
+    measurement: &Measurement,
+    size: impl Fn(&[DVector<f64>], usize) -> f64,
+    why: impl Fn(f64, usize) -> String,
+) -> Vec<Odd> {
+    let mut left: Vec<(usize, DVector<f64>)> =
+        measurement.specimens_n.iter().map(|s| stretches(s)).enumerate().collect();
+    let mut found = Vec::new();
+    while left.len() >= FEWEST && found.len() < measurement.specimens_n.len() / FEWEST {
+        let n = left.len();
+        let curves: Vec<DVector<f64>> = left.iter().map(|(_, curve)| curve.clone()).collect();
+        let sizes = (0..n).map(|k| (k, size(&curves, k))).filter(|(_, size)| size.is_finite());
+        let Some((k, times)) = sizes.max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        let student = StudentsT::new(0.0, 1.0, (n - 2) as f64);
+        if !student.is_ok_and(|student| 2.0 * n as f64 * student.sf(times) < ODD) {
+            break;
+        }
+        found.push(Odd { index: left.remove(k).0, why: why(times, n - 1) });
+    }
+    found
+}
+
+/// Distance of a curve's shape from that of the mean of all others.
+fn shape(curves: &[DVector<f64>], k: usize) -> f64 {
+    let n = curves.len();
+    let others = || (0..n).filter(move |&j| j != k);
+    let sum: DVector<f64> = others().map(|j| &curves[j]).sum();
+    let mean = sum / (n - 1) as f64;
+    let beside = |j: usize| {
+        let height = curves[j].dot(&mean) / mean.norm_squared();
+        (&curves[j] / height - &mean).norm_squared()
+    };
+    let own: f64 = others().map(beside).sum::<f64>() / (n - 2) as f64;
+    (beside(k) * (n - 1) as f64 / (n as f64 * own)).sqrt()
+}
+
+/// Distance of a curve's logarithmic height from the mean of all others'.
+fn height(curves: &[DVector<f64>], k: usize) -> f64 {
+    let n = curves.len();
+    let heights: Vec<f64> = curves.iter().map(|c| c.norm().ln()).collect();
+    let others = || (0..n).filter(move |&j| j != k).map(|j| heights[j]);
+    let mean = others().sum::<f64>() / (n - 1) as f64;
+    let own = others().map(|h| (h - mean).powi(2)).sum::<f64>() / (n - 2) as f64;
+    ((heights[k] - mean).powi(2) * (n - 1) as f64 / (n as f64 * own)).sqrt()
 }
 
 /// Means of stretches with equally many samples.
@@ -97,11 +148,24 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_specimen_of_another_height_is_told_and_kept() {
+        let mut m = test(4, 8, 0.0);
+        assert!(odd_in_height(&m).is_empty());
+        m.specimens_n[5].iter_mut().for_each(|f| *f *= 2.2);
+        let found = odd_in_height(&m);
+        assert!(found.len() == 1 && found[0].index == 5 && found[0].why.contains("height"), "{found:?}");
+        assert_eq!(without_odd(&m).0.specimens_n.len(), 8);
+    }
+
     /// One test in a hundred at most, so of 300 more than nine in less than 1 of 500 runs.
     #[test]
     fn natural_scatter_is_not_odd() {
         let odd =
             (0..300).filter(|&seed| !without_odd(&test(seed, 3 + seed as usize % 10, 0.0)).1.is_empty());
+        assert!(odd.count() <= 9);
+        let odd =
+            (0..300).filter(|&seed| !odd_in_height(&test(seed, 3 + seed as usize % 10, 0.0)).is_empty());
         assert!(odd.count() <= 9);
     }
 }

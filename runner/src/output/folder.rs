@@ -5,7 +5,7 @@
 
 use super::guard::is_input;
 use super::mark::{has_mark, words};
-use super::{OutputError, reason, write_file};
+use super::{OutputError, UNFINISHED, reason, write_file};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -103,6 +103,12 @@ impl Folder {
                 "it holds the files of `{other}`, and a directory holds one run's; choose another with --out"
             )));
         }
+        // What a killed run left half written is nobody's now.
+        for entry in std::fs::read_dir(path).map_err(io)?.flatten() {
+            if entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
         // A name that leads elsewhere was never listed by this program.
         let inside = |name: &&str| Path::new(name).file_name().is_some_and(|n| n == Path::new(name));
         let listed = text.lines().filter_map(|l| l.strip_prefix("file ")).filter(inside);
@@ -145,8 +151,10 @@ mod tests {
         drop(first);
         std::fs::write(d.path().join("mine.csv"), "edited by hand").unwrap();
         std::fs::write(d.path().join("notes.txt"), "mine").unwrap();
+        let unfinished = format!("{UNFINISHED}a1b2");
+        std::fs::write(d.path().join(&unfinished), "half").unwrap();
         let resumed = Folder::resume(d.path(), "identify").unwrap();
-        assert!(has("a.csv") && has("b.csv"));
+        assert!(has("a.csv") && has("b.csv") && !has(&unfinished));
         drop(resumed);
         let second = Folder::begin(d.path(), "identify").unwrap();
         assert!(!has("a.csv") && !has("b.csv") && has("mine.csv") && has("notes.txt"));

@@ -16,10 +16,27 @@ pub fn protect(file: &Path) {
 /// Reads a user's file, and protects it.
 ///
 /// # Errors
-/// When it cannot be read.
+/// When it cannot be read, or is a device.
 pub fn read_input(file: &Path) -> std::io::Result<Vec<u8>> {
     protect(file);
+    check_no_device(file)?;
     std::fs::read(file)
+}
+
+/// Refuses a device, which may have no end; a pipe has one.
+///
+/// # Errors
+/// When it is one.
+pub fn check_no_device(file: &Path) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        let is_device = |t: std::fs::FileType| t.is_char_device() || t.is_block_device();
+        if file.metadata().is_ok_and(|m| is_device(m.file_type())) {
+            return Err(std::io::Error::other("it is a device"));
+        }
+    }
+    Ok(())
 }
 
 /// Whether a file is one of the inputs, under this or another name.

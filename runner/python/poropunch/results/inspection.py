@@ -142,6 +142,18 @@ class NoiseInspection:
 
 
 @dataclass(frozen=True)
+class OddSpecimen:
+    """A specimen that is none of its kind."""
+
+    left_out: bool
+    """Whether `identify` and `diagnose` leave it out: that of another shape."""
+    name: str
+    """Its name."""
+    why: str
+    """What is odd about it."""
+
+
+@dataclass(frozen=True)
 class Quartiles:
     """Median and quartiles of the specimens; all three the same for a single one."""
 
@@ -215,6 +227,8 @@ class TestInspection:
     """The noise."""
     notes: list[str]
     """What was read leniently or needs attention."""
+    odd_specimens: list[OddSpecimen]
+    """Specimens that differ from all others in shape or height."""
     points: int
     """Number of points."""
     shifts_s: list[Estimate]

@@ -1,7 +1,7 @@
 //! A job file: read, checked against the options that there are, and turned into words of the command line.
 
 use super::error::JobError;
-use super::place::{COMMANDS, Form, GEOMETRY, Place, all_places, places};
+use super::place::{COMMANDS, Form, GEOMETRY, Place, all_places, places, table_of};
 use crate::data::source::{Source, from_directory};
 use clap::Command;
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ impl Job {
             line: line_at(&text, error.span().map_or(0, |s| s.start)),
             problem: error.message().to_owned(),
         })?;
-        let own = program.find_subcommand(command).map(places).unwrap_or_default();
+        let own = places(program, command);
         let mut reader =
             Reader { file, text: &text, own, all: all_places(program), entries: vec![], unused: vec![] };
         reader.table(parsed.get_ref(), &mut vec![])?;
@@ -144,7 +144,8 @@ impl Reader<'_> {
         let Some(place) = self.own.iter().find(|p| p.path == place.path).cloned() else {
             // Another command's own table is that command's matter.
             let field = if is_geometry { GEOMETRY.to_owned() } else { place.path.join(".") };
-            if !COMMANDS.contains(&place.path[0].as_str()) && !self.unused.contains(&field) {
+            let is_of_a_command = COMMANDS.iter().any(|name| table_of(name)[0] == place.path[0]);
+            if !is_of_a_command && !self.unused.contains(&field) {
                 self.unused.push(field);
             }
             return Ok(());

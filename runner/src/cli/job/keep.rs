@@ -1,7 +1,8 @@
 //! The job file that repeats a command, made from what clap understood of the command line.
 
+use super::super::called;
 use super::error::JobError;
-use super::place::{Form, GEOMETRY, Place, places};
+use super::place::{Form, GEOMETRY, Place, command_named, places, table_of};
 use crate::data::source::{Source, from_directory};
 use crate::output::mark;
 use clap::parser::ValueSource;
@@ -24,8 +25,9 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// What was given, defaults left out.
-    pub fn of(command: &Command, matches: &ArgMatches) -> Self {
+    /// What was given to a command of the program, defaults left out.
+    pub fn of(program: &Command, name: &str, matches: &ArgMatches) -> Self {
+        let command = command_named(program, name).unwrap_or(program);
         let given = |place: Place| {
             let id = place.id.as_str();
             let is_given = matches.value_source(id) == Some(ValueSource::CommandLine);
@@ -44,8 +46,8 @@ impl Kept {
             (place.form == Form::Flag || !is_default).then_some(Given { place, values: last })
         };
         Self {
-            command: command.get_name().to_owned(),
-            given: places(command).into_iter().filter_map(given).collect(),
+            command: name.to_owned(),
+            given: places(program, name).into_iter().filter_map(given).collect(),
         }
     }
 
@@ -61,7 +63,7 @@ impl Kept {
         });
         // Positions first, as people write them.
         let (options, positions): (Vec<String>, Vec<String>) = words.partition(|w| w.starts_with('-'));
-        let head = ["runner".to_owned(), self.command.clone()];
+        let head = [called().to_owned(), self.command.clone()];
         head.into_iter().chain(positions).chain(options).collect::<Vec<_>>().join(" ")
     }
 
@@ -86,21 +88,26 @@ impl Kept {
             };
             insert(&mut root, &place.path, value);
         }
-        if let Some(out) = self.given_out() {
-            // Results stand beside the file, or are called as it is.
-            let stem = || file.file_stem().map(|s| s.to_string_lossy().into_owned());
-            let name = if self.command == "simulate" { stem() } else { None };
-            insert(&mut root, &[self.command.clone(), out], name.unwrap_or_else(|| ".".to_owned()).into());
+        if let Some(out) = self.place_of_results(file) {
+            insert(&mut root, &[table_of(&self.command), vec!["out".to_owned()]].concat(), out.into());
         }
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let repeat = format!("# repeat: runner {} --job {}\n", self.command, shell(&name));
+        let repeat = format!("# repeat: {} {} --job {}\n", called(), self.command, shell(&name));
         let head = format!("# {}\n{repeat}", mark::words());
         Ok(format!("{head}{}", toml::to_string(&root).unwrap_or_default()))
     }
 
-    /// Key of the place of results.
-    fn given_out(&self) -> Option<String> {
-        super::place::COMMANDS.contains(&self.command.as_str()).then(|| "out".to_owned())
+    /// Where results are, as a job file tells it: beside it, called as it is, or where they were asked for.
+    fn place_of_results(&self, file: &Path) -> Option<String> {
+        match self.command.as_str() {
+            "simulate" => file.file_stem().map(|s| s.to_string_lossy().into_owned()),
+            "challenge answer" => None,
+            "challenge make" => {
+                let given = self.given.iter().find(|g| g.place.is_output)?;
+                Some(absolute(&given.place, &given.values[0]))
+            }
+            _ => Some(".".to_owned()),
+        }
     }
 
     /// The first field in which another one differs.

@@ -19,6 +19,7 @@ pub use keep::Kept;
 pub use place::COMMANDS;
 pub use schema::schema;
 
+use self::place::given_command;
 use crate::output::{Folder, write_file};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command};
@@ -67,9 +68,9 @@ impl Expanded {
     /// When the job file cannot be used.
     pub fn new(program: &Command, words: Vec<String>) -> Result<Self, JobError> {
         // Only to see what is there: what is wrong with it is told when everything is together.
-        let probe = program.clone().ignore_errors(true).try_get_matches_from(&words).ok();
-        let found =
-            probe.as_ref().and_then(ArgMatches::subcommand).filter(|(name, _)| COMMANDS.contains(name));
+        let probe = forgiving(program.clone()).try_get_matches_from(&words).ok();
+        let found = probe.as_ref().and_then(given_command);
+        let found = found.filter(|(name, _)| COMMANDS.contains(&name.as_str()));
         let Some((name, matches)) = found else { return Ok(Self { words, job: None, resumed: false }) };
         let resumed = matches.try_get_one::<bool>("resume").ok().flatten().copied().unwrap_or(false);
         let path = |id: &str| matches.try_get_one::<PathBuf>(id).ok().flatten().cloned();
@@ -80,12 +81,12 @@ impl Expanded {
             let directory = file.parent().unwrap_or(Path::new(".")).to_owned();
             return Err(JobError::NothingToResume { directory });
         }
-        let job = match Job::load(&file, program, name) {
+        let job = match Job::load(&file, program, &name) {
             Err(changed @ (JobError::Changed { .. } | JobError::Data(_))) => return Err(changed),
             Err(error) if resumed => return Err(JobError::Damaged(Box::new(error))),
             other => other?,
         };
-        Ok(Self { words: together(&job, matches, words, resumed), job: Some(job), resumed })
+        Ok(Self { words: together(&job, &name, matches, words, resumed), job: Some(job), resumed })
     }
 
     /// The complaint about a word of the job file.
@@ -103,16 +104,15 @@ impl Expanded {
         matches: &ArgMatches,
         stop: Arc<AtomicBool>,
     ) -> Result<Invocation, JobError> {
-        let named = matches.subcommand().and_then(|(name, m)| Some((program.find_subcommand(name)?, m)));
-        let kept =
-            named.map(|(command, m)| Kept::of(command, m)).unwrap_or_else(|| Kept::of(program, matches));
+        let (name, given) = given_command(matches).unwrap_or_else(|| (String::new(), matches));
+        let kept = Kept::of(program, &name, given);
         let mut difference = None;
-        if let (Some(job), Some((command, _))) = (&self.job, named) {
-            let begun = [program.get_name().to_owned(), command.get_name().to_owned()];
+        if let Some(job) = &self.job {
+            let begun = std::iter::once(program.get_name()).chain(name.split(' ')).map(str::to_owned);
             let words = job.entries.iter().flat_map(|e| e.words.iter().cloned());
-            let words: Vec<String> = begun.into_iter().chain(in_order(words.collect())).collect();
-            let said = program.clone().ignore_errors(true).try_get_matches_from(words).ok();
-            let said = said.as_ref().and_then(ArgMatches::subcommand).map(|(_, m)| Kept::of(command, m));
+            let words: Vec<String> = begun.chain(in_order(words.collect())).collect();
+            let said = forgiving(program.clone()).try_get_matches_from(words).ok();
+            let said = said.as_ref().and_then(given_command).map(|(name, m)| Kept::of(program, &name, m));
             difference = said.and_then(|said| said.difference(&kept));
         }
         if let (true, Some(what)) = (self.resumed, &difference) {
@@ -122,8 +122,13 @@ impl Expanded {
     }
 }
 
+/// The same program, which says what it understood whatever is wrong with the rest; in steps of a command, too.
+fn forgiving(command: Command) -> Command {
+    command.ignore_errors(true).mut_subcommands(forgiving)
+}
+
 /// Words of the job file that the command line does not replace, and those of the command line.
-fn together(job: &Job, matches: &ArgMatches, words: Vec<String>, resumed: bool) -> Vec<String> {
+fn together(job: &Job, name: &str, matches: &ArgMatches, words: Vec<String>, resumed: bool) -> Vec<String> {
     let is_given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
     let names = |id: &str| -> Vec<String> {
         let raw = matches.get_raw(id).into_iter().flatten().map(|v| v.to_string_lossy().into_owned());
@@ -141,7 +146,9 @@ fn together(job: &Job, matches: &ArgMatches, words: Vec<String>, resumed: bool) 
     let split = added.iter().position(|w| w == "--").unwrap_or(added.len());
     let (options, positions) = added.split_at(split);
     // The program's name, the command and what the user gave it; options may stand before the command, too.
-    let at = words.iter().skip(1).position(|w| COMMANDS.contains(&w.as_str())).map_or(1, |i| i + 2);
+    let after =
+        |at: usize, word: &str| words.iter().skip(at).position(|w| w == word).map_or(at, |i| at + i + 1);
+    let at = name.split(' ').fold(1, after);
     let (head, tail) = words.split_at(at.min(words.len()));
     [head, options, tail, positions].concat()
 }

@@ -1,10 +1,20 @@
 //! Where each option of the command line stands in a job file. The options themselves say it: their name is the key, the heading
 //! of `--help` under which they stand is the table, so that a new option has its place without a line here.
 
-use clap::{Arg, ArgAction, Command, ValueHint};
+use clap::{Arg, ArgAction, ArgMatches, Command, ValueHint};
 
-/// Commands that take a job file.
-pub const COMMANDS: [&str; 6] = ["simulate", "inspect", "identify", "diagnose", "validate", "batch"];
+/// Commands that take a job file; a step of one by both words.
+pub const COMMANDS: [&str; 9] = [
+    "simulate",
+    "inspect",
+    "identify",
+    "diagnose",
+    "validate",
+    "batch",
+    "um-bridge",
+    "challenge make",
+    "challenge answer",
+];
 /// Options that say how to run, not what: they change no result.
 const NOT_KEPT: [&str; 8] = ["help", "version", "job", "resume", "json", "progress", "jobs", "verbose"];
 /// Options of a form `NAME=VALUE`: tables in a job file.
@@ -56,9 +66,29 @@ pub struct Place {
     pub values: Vec<String>,
 }
 
+/// The command, or step of one, of a name.
+pub fn command_named<'a>(program: &'a Command, name: &str) -> Option<&'a Command> {
+    name.split(' ').try_fold(program, |command, word| command.find_subcommand(word))
+}
+
+/// The command that was given, with its steps, and what was given to it.
+pub fn given_command(matches: &ArgMatches) -> Option<(String, &ArgMatches)> {
+    let (name, inner) = matches.subcommand()?;
+    Some(match given_command(inner) {
+        Some((step, innermost)) => (format!("{name} {step}"), innermost),
+        None => (name.to_owned(), inner),
+    })
+}
+
+/// Keys of the table that holds what belongs to a command only.
+pub fn table_of(name: &str) -> Vec<String> {
+    name.replace('-', "_").split(' ').map(str::to_owned).collect()
+}
+
 /// Places of all options of a command.
-pub fn places(command: &Command) -> Vec<Place> {
-    command.get_arguments().filter_map(|arg| place(command.get_name(), arg)).collect()
+pub fn places(program: &Command, name: &str) -> Vec<Place> {
+    let arguments = command_named(program, name).into_iter().flat_map(Command::get_arguments);
+    arguments.filter_map(|arg| place(name, arg)).collect()
 }
 
 fn place(command: &str, arg: &Arg) -> Option<Place> {
@@ -74,7 +104,10 @@ fn place(command: &str, arg: &Arg) -> Option<Place> {
         Some((_, path)) => path.iter().filter(|p| !p.is_empty()).map(|p| (*p).to_owned()).collect(),
         None if key == "free" => own(&["parameters", "free"]),
         None if key == "measurements" => own(&["measurements"]),
-        None => own(&[heading().map_or(command, |(_, table)| *table), key.as_str()]),
+        None => {
+            let table = heading().map_or_else(|| table_of(command), |(_, table)| own(&[*table]));
+            [table, own(&[key.as_str()])].concat()
+        }
     };
     let is_flag = matches!(arg.get_action(), ArgAction::SetTrue);
     let form = match arg.get_action() {
@@ -99,8 +132,8 @@ fn place(command: &str, arg: &Arg) -> Option<Place> {
 /// Places in all commands' job files.
 pub fn all_places(program: &Command) -> Vec<Place> {
     let mut all: Vec<Place> = Vec::new();
-    for command in COMMANDS.iter().filter_map(|name| program.find_subcommand(name)) {
-        for place in places(command) {
+    for name in COMMANDS {
+        for place in places(program, name) {
             if !all.iter().any(|p| p.path == place.path) {
                 all.push(place);
             }

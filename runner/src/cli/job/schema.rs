@@ -1,6 +1,6 @@
 //! The JSON schema of a job file: editors that know TOML complete and check it with that.
 
-use super::place::{COMMANDS, Form, GEOMETRY, Place, all_places};
+use super::place::{COMMANDS, Form, GEOMETRY, Place, all_places, table_of};
 use clap::Command;
 use serde_json::{Map, Value, json};
 
@@ -13,8 +13,8 @@ pub fn schema(program: &Command) -> Value {
     for place in all_places(program) {
         let mut at = &mut root;
         let (last, tables) = place.path.split_last().expect("a place has a key");
-        for key in tables {
-            at = child(at, key, || table(&heading(key)));
+        for (k, key) in tables.iter().enumerate() {
+            at = child(at, key, || table(&heading(&tables[..=k])));
         }
         *child(at, last, || Value::Null) = field(&place, &scalar);
     }
@@ -24,8 +24,9 @@ pub fn schema(program: &Command) -> Value {
     root
 }
 
-fn heading(key: &str) -> String {
-    if COMMANDS.contains(&key) { format!("What belongs to `runner {key}` only") } else { String::new() }
+fn heading(keys: &[String]) -> String {
+    let command = COMMANDS.iter().find(|name| table_of(name) == keys);
+    command.map_or_else(String::new, |name| format!("What belongs to `runner {name}` only"))
 }
 
 fn table(description: &str) -> Value {
