@@ -6,7 +6,7 @@ pub mod problem;
 use poropunch::motion::protocol::Protocol;
 use poropunch::parameters::{BranchParameters, GeometryParameters, MaterialParameters, OgdenParameters};
 use poropunch::specimen::{Discretisation, Motion, Patience, State};
-use poropunch::{Instance, Model, Outputs, Parameters, Statistics, StepError};
+use poropunch::{Instance, Model, Outputs, Parameters, Snapshot, Statistics, StepError};
 
 /// Depth of the paper's protocols (m).
 pub const DEPTH: f64 = 1e-3;
@@ -17,9 +17,18 @@ pub const RATES: [f64; 2] = [1.0e-3, 1.6e-3];
 pub fn load_and_hold(parameters: &Parameters, rate: f64, times_s: &[f64]) -> Vec<Outputs> {
     let model = Model::new(parameters.clone()).expect("admissible parameters");
     let mut instance = Instance::new(&model, 0.0).expect("starts at the surface");
-    let ramp = DEPTH / rate;
+    ramp_and_hold(&mut instance, DEPTH / rate, |time| (rate * time).min(DEPTH), times_s)
+}
+
+/// Results at the given times (s) where the punch stands at `position` (m) at a time, and comes to rest at the time `ramp` (s).
+pub fn ramp_and_hold(
+    instance: &mut Instance,
+    ramp: f64,
+    position: impl Fn(f64) -> f64,
+    times_s: &[f64],
+) -> Vec<Outputs> {
     let mut go = |time: f64| {
-        instance.set_displacement((rate * time).min(DEPTH));
+        instance.set_displacement(position(time));
         instance.advance(time - instance.time()).expect("the step converges");
         instance.outputs()
     };
@@ -63,6 +72,29 @@ pub fn try_follow(
         }
     }
     Ok(results)
+}
+
+/// Checks that what follows a saved state is the same to the bit, in the instance that saved it and in another one; `starts` (m) are
+/// where the two begin. It is saved in the middle of a step that was integrated ahead; returned as it is.
+pub fn check_restored(model: &Model, starts: [f64; 2], outputs: fn(&Outputs) -> Vec<f64>) -> Snapshot {
+    let [mut first, mut second] = starts.map(|start| Instance::new(model, start).expect("above the surface"));
+    first.set_displacement(3e-4);
+    first.advance(0.25).expect("the step converges");
+    let snapshot = first.save();
+    let run = |instance: &mut Instance| -> Vec<u64> {
+        instance.restore(&snapshot).expect("its own state");
+        let mut bits = Vec::new();
+        for k in 0..40 {
+            instance.set_displacement(3e-4 + 1e-5 * f64::from(k.min(20)));
+            instance.advance(0.007).expect("the step converges");
+            bits.extend(outputs(&instance.outputs()).into_iter().map(f64::to_bits));
+        }
+        bits
+    };
+    let reference = run(&mut first);
+    assert_eq!(reference, run(&mut first));
+    assert_eq!(reference, run(&mut second));
+    snapshot
 }
 
 /// The state `dt` (s) later, the punch moving from `start` (m) at `velocity` (m/s).

@@ -2,7 +2,7 @@
 
 use poropunch::parameters::MeshPreset;
 use poropunch::{Instance, Model, Parameters, StepError};
-use tests::DEPTH;
+use tests::{DEPTH, check_restored};
 
 fn coarse() -> Model {
     let mut parameters = Parameters::default();
@@ -64,26 +64,7 @@ fn dense_output_is_accurate() {
 /// step that was integrated ahead.
 #[test]
 fn restored_runs_are_bit_identical() {
-    let model = coarse();
-    let mut first = Instance::new(&model, -1e-4).unwrap();
-    let mut second = Instance::new(&model, 0.0).unwrap();
-    first.set_displacement(3e-4);
-    first.advance(0.25).unwrap();
-    let snapshot = first.save();
-    let run = |instance: &mut Instance| -> Vec<u64> {
-        instance.restore(&snapshot).unwrap();
-        let mut bits = Vec::new();
-        for k in 0..40 {
-            instance.set_displacement(3e-4 + 1e-5 * f64::from(k.min(20)));
-            instance.advance(0.007).unwrap();
-            let o = instance.outputs();
-            bits.extend([o.force.to_bits(), o.force_fluid.to_bits(), o.stored_energy.to_bits()]);
-        }
-        bits
-    };
-    let reference = run(&mut first);
-    assert_eq!(reference, run(&mut first));
-    assert_eq!(reference, run(&mut second));
+    check_restored(&coarse(), [-1e-4, 0.0], |o| vec![o.force, o.force_fluid, o.stored_energy]);
 }
 
 /// Goal: above the surface there is no force; touch happens at zero displacement inside a step.

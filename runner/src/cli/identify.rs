@@ -165,7 +165,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         say!("{assumed}");
     }
     folder.write(RESULT, &json(&folder.path().join(RESULT), &report)?)?;
-    folder.write(PARAMETERS, ssv(&report.title, engine.wiring(), &found.values).as_bytes())?;
+    folder.write(PARAMETERS, ssv(&report.given.title, engine.wiring(), &found.values).as_bytes())?;
     say!("wrote {PARAMETERS} as well: `--parameters` and other FMI tools read it");
     for reason in missing {
         terminal::warning(&reason);

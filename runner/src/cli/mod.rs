@@ -13,6 +13,7 @@ mod diagnose;
 pub mod engine_args;
 mod exit;
 mod fields;
+mod heading;
 mod identify;
 mod idle;
 mod inspect;

@@ -4,13 +4,13 @@ use super::assumed;
 use super::engine_args::{EngineArguments, RunArguments};
 use super::exit::UsageError;
 use super::fields::FieldArguments;
+use super::heading::Heading;
 use super::idle::nothing_fitted;
 use super::job::Invocation;
 use super::plots::force_plot;
 use super::protocols::motion;
 use super::terminal;
 use super::{CliResult, Ending};
-use crate::assumption::Assumption;
 use crate::output::{check_no_device, curve_csv, mark_written, write_file};
 use crate::pool::wiring::{Names, asks_for};
 use crate::pool::{ForceCurve, Job, Priority, RunFailure};
@@ -51,14 +51,11 @@ pub struct Arguments {
 pub struct Simulation {
     /// `poropunch.simulation/1`.
     pub schema: String,
-    /// Command that was given.
-    pub command: String,
-    /// Name and identification of the model.
-    pub model: String,
+    /// Which command, which model, which parameters.
+    #[serde(flatten)]
+    pub heading: Heading,
     /// Name of the motion.
     pub motion: String,
-    /// What it rests on: every parameter, given or assumed.
-    pub assumptions: Vec<Assumption>,
     /// Times (s).
     pub time_s: Vec<f64>,
     /// Displacement of the punch, positive into the sample (mm).
@@ -77,21 +74,13 @@ pub struct Series {
 }
 
 impl Simulation {
-    fn of(
-        motion: &str,
-        curve: &ForceCurve,
-        assumptions: Vec<Assumption>,
-        model: &str,
-        command: String,
-    ) -> Self {
+    fn of(heading: Heading, motion: &str, curve: &ForceCurve) -> Self {
         let series =
             |(name, values): (&String, &Vec<f64>)| Series { name: name.clone(), values: values.clone() };
         Self {
             schema: "poropunch.simulation/1".to_owned(),
-            command,
-            model: model.to_owned(),
+            heading,
             motion: motion.to_owned(),
-            assumptions,
             time_s: curve.time_s.clone(),
             displacement_mm: curve.displacement_m.iter().map(|d| d * 1e3).collect(),
             outputs: curve.names.iter().zip(&curve.values).map(series).collect(),
@@ -159,13 +148,8 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     if let Some(assumed) = assumed {
         say!("{assumed}");
     }
-    terminal::result(&Simulation::of(
-        &motion.name,
-        &curve,
-        assumptions,
-        engine.model_name(),
-        call.command(),
-    ))?;
+    let heading = Heading::new(call, &engine, assumptions);
+    terminal::result(&Simulation::of(heading, &motion.name, &curve))?;
     Ok(Ending::Complete)
 }
 

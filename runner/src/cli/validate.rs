@@ -2,13 +2,13 @@
 
 use super::assumed;
 use super::engine_args::RunArguments;
+use super::heading::Heading;
 use super::identify::{observations, sample_height};
 use super::idle::nothing_fitted;
 use super::job::Invocation;
 use super::parameter_sets::file_name;
 use super::terminal;
 use super::{CliResult, Ending};
-use crate::assumption::Assumption;
 use crate::data::{Wanted, read_tests};
 use crate::identification::curves;
 use crate::noise::{Uncertainty, Weights, noise_model};
@@ -46,12 +46,9 @@ pub struct Arguments {
 pub struct Validation {
     /// `poropunch.validation/1`.
     pub schema: String,
-    /// Command that was given.
-    pub command: String,
-    /// Name and identification of the model.
-    pub model: String,
-    /// What it rests on: every parameter, given or assumed.
-    pub assumptions: Vec<Assumption>,
+    /// Which command, which model, which parameters.
+    #[serde(flatten)]
+    pub heading: Heading,
     /// Each measurement whose run did not fail.
     pub tests: Vec<ValidatedTest>,
     /// Why runs failed.
@@ -160,9 +157,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     }
     let validation = Validation {
         schema: "poropunch.validation/1".to_owned(),
-        command: call.command(),
-        model: engine.model_name().to_owned(),
-        assumptions,
+        heading: Heading::new(call, &engine, assumptions),
         tests: validated,
         failures,
     };

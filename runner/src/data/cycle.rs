@@ -4,27 +4,37 @@ use super::error::{DataError, Problem};
 use super::measurement::Measurement;
 use super::motion::{Line, Motion, Stroke, motion};
 use super::phase::Phase;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// One loading of the sample and what follows until the next one. All times in s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cycle {
+/// What the punch does when in a cycle. All times in s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CycleTimes {
     /// Counted from 1.
     pub number: usize,
-    /// Beginning: of the file, or of the stroke that loads the sample.
+    /// Beginning (s).
     pub start_s: f64,
-    /// The punch passes the undeformed surface (or starts, if it starts below it).
+    /// The punch passes the undeformed surface (s).
     pub ramp_start_s: f64,
-    /// The punch comes to rest in the sample.
+    /// The punch comes to rest in the sample (s).
     pub ramp_end_s: f64,
-    /// The punch leaves its rest, or the file ends.
+    /// The punch leaves its rest (s).
     pub hold_end_s: f64,
-    /// The punch passes the undeformed surface outwards.
+    /// The punch passes the undeformed surface outwards (s).
     pub surface_s: Option<f64>,
-    /// The punch comes to rest outside the sample.
+    /// The punch comes to rest outside (s).
     pub withdrawn_s: Option<f64>,
-    /// The next cycle begins, or the file ends.
+    /// End (s).
     pub end_s: f64,
+}
+
+/// One loading of the sample and what follows until the next one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cycle {
+    /// Its times. It begins with the file or with the stroke that loads the sample; a punch that starts below the surface passes it
+    /// there; what the file does not show to its end ends with the file.
+    pub times: CycleTimes,
     /// Displacement of the hold (m).
     pub depth_m: f64,
     /// Line through the ramp.
@@ -38,19 +48,19 @@ pub struct Cycle {
 impl Cycle {
     /// Length of the hold (s).
     pub fn hold_s(&self) -> f64 {
-        self.hold_end_s - self.ramp_end_s
+        self.times.hold_end_s - self.times.ramp_end_s
     }
 
     /// Phase at a time of this cycle.
     pub fn phase_at(&self, time_s: f64) -> Phase {
         let until = |end: f64| time_s <= end + self.kink_tolerance_s;
-        if time_s <= self.ramp_start_s {
+        if time_s <= self.times.ramp_start_s {
             Phase::Approach
-        } else if until(self.ramp_end_s) {
+        } else if until(self.times.ramp_end_s) {
             Phase::Ramp
-        } else if until(self.hold_end_s) {
-            Phase::of_hold(time_s - self.ramp_end_s, self.hold_s())
-        } else if until(self.surface_s.unwrap_or(f64::INFINITY)) {
+        } else if until(self.times.hold_end_s) {
+            Phase::of_hold(time_s - self.times.ramp_end_s, self.hold_s())
+        } else if until(self.times.surface_s.unwrap_or(f64::INFINITY)) {
             Phase::Unload
         } else {
             Phase::Recovery
@@ -93,14 +103,16 @@ pub(super) fn cycles_of(m: &Measurement, motion: &Motion) -> Vec<Cycle> {
         let out = after.iter().find(|s| !s.is_inwards());
         let through = after.iter().find(|s| !s.is_inwards() && s.to_m <= 0.0);
         Cycle {
-            number: i + 1,
-            start_s: if i == 0 { m.time_s.first().copied().unwrap_or(0.0) } else { load.start_s },
-            ramp_start_s: surface_time(m, load).unwrap_or(load.start_s),
-            ramp_end_s: load.end_s,
-            hold_end_s: out.map_or(end_s, |s| s.start_s),
-            surface_s: through.map(|s| surface_time(m, s).unwrap_or(s.end_s)),
-            withdrawn_s: through.map(|s| s.end_s),
-            end_s,
+            times: CycleTimes {
+                number: i + 1,
+                start_s: if i == 0 { m.time_s.first().copied().unwrap_or(0.0) } else { load.start_s },
+                ramp_start_s: surface_time(m, load).unwrap_or(load.start_s),
+                ramp_end_s: load.end_s,
+                hold_end_s: out.map_or(end_s, |s| s.start_s),
+                surface_s: through.map(|s| surface_time(m, s).unwrap_or(s.end_s)),
+                withdrawn_s: through.map(|s| s.end_s),
+                end_s,
+            },
             depth_m: load.to_m,
             ramp: load.line,
             unload: out.map(|s| s.line),
@@ -177,11 +189,11 @@ mod tests {
                 let begin = 24.0 * i as f64;
                 for (got, expected, within) in [
                     // Between two samples in noise: the surface is passed to within one of them.
-                    (c.ramp_start_s, 0.1, 0.021),
-                    (c.ramp_end_s, 1.1, 4e-3),
-                    (c.hold_end_s, 11.1, 4e-3),
-                    (c.surface_s.unwrap(), 12.1, 0.021),
-                    (c.withdrawn_s.unwrap(), 13.1, 4e-3),
+                    (c.times.ramp_start_s, 0.1, 0.021),
+                    (c.times.ramp_end_s, 1.1, 4e-3),
+                    (c.times.hold_end_s, 11.1, 4e-3),
+                    (c.times.surface_s.unwrap(), 12.1, 0.021),
+                    (c.times.withdrawn_s.unwrap(), 13.1, 4e-3),
                 ] {
                     assert!((got - begin - expected).abs() < within, "{got} {expected} in {c:?}");
                 }
@@ -222,8 +234,11 @@ mod tests {
         };
         let found = cycles(&m).unwrap();
         assert_eq!(found.len(), 2);
-        assert_eq!((found[0].hold_end_s, found[0].surface_s), (4.0, None));
-        assert_eq!((found[1].ramp_end_s, found[1].hold_end_s, found[1].depth_m), (5.0, 7.0, 2e-3));
+        assert_eq!((found[0].times.hold_end_s, found[0].times.surface_s), (4.0, None));
+        assert_eq!(
+            (found[1].times.ramp_end_s, found[1].times.hold_end_s, found[1].depth_m),
+            (5.0, 7.0, 2e-3)
+        );
         let resting = Measurement { displacement_m: vec![1e-3; 11], ..m };
         assert_eq!(cycles(&resting).unwrap_err().problem, Problem::NoRamp);
     }

@@ -30,7 +30,7 @@ pub mod specimen_files;
 pub mod synchronise;
 pub mod table;
 
-pub use cycle::{Cycle, cycles};
+pub use cycle::{Cycle, CycleTimes, cycles};
 pub use error::{DataError, Problem, Question};
 pub use estimate::{Estimate, Quartiles};
 pub use history::{protocol_of, straight_pieces};

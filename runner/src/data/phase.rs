@@ -76,12 +76,13 @@ impl Phase {
 pub fn phases(m: &Measurement) -> Vec<Phase> {
     let motion = motion(&m.time_s, &m.displacement_m);
     let cycles = cycles_of(m, &motion);
-    let at = |(&t, &d): (&f64, &f64)| match cycles.iter().rev().find(|c| t > c.start_s).or(cycles.first()) {
-        Some(cycle) => cycle.phase_at(t),
-        // No loading at all: the best that can be said.
-        None if d <= 0.0 => Phase::Approach,
-        None => Phase::HoldLate,
-    };
+    let at =
+        |(&t, &d): (&f64, &f64)| match cycles.iter().rev().find(|c| t > c.times.start_s).or(cycles.first()) {
+            Some(cycle) => cycle.phase_at(t),
+            // No loading at all: the best that can be said.
+            None if d <= 0.0 => Phase::Approach,
+            None => Phase::HoldLate,
+        };
     m.time_s.iter().zip(&m.displacement_m).map(at).collect()
 }
 

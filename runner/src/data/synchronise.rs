@@ -41,7 +41,7 @@ pub fn synchronise(name: &str, specimens: Vec<Measurement>) -> Result<Synchronis
     for (m, own) in specimens.iter().zip(&all) {
         let shift = shift(&specimens[0], &all[0], m, own)?;
         let clock = shift.per_cycle.iter().map(|s| (s - shift.median.value).abs()).fold(0.0, f64::max);
-        let within = 5.0 * shift.median.sigma + 0.01 * (own[0].ramp_end_s - own[0].ramp_start_s);
+        let within = 5.0 * shift.median.sigma + 0.01 * (own[0].times.ramp_end_s - own[0].times.ramp_start_s);
         if clock > within {
             notes.push(format!(
                 "the ramps of {} need shifts that differ by up to {clock:.3} s from cycle to cycle: its dwell \
@@ -137,9 +137,10 @@ impl Curve {
 /// Time, displacement and force at the end of a ramp, from the line through its last samples; none where a
 /// sample is there already, or the ramp has too few.
 fn at_ramp_end(m: &Measurement, cycle: &Cycle) -> Option<(f64, f64, f64)> {
-    let ramp = cycle.points(&m.time_s, cycle.ramp_start_s, cycle.ramp_end_s);
+    let ramp = cycle.points(&m.time_s, cycle.times.ramp_start_s, cycle.times.ramp_end_s);
     let last = ramp.end.checked_sub(1)?;
-    let (step, gap) = (m.time_s[last] - m.time_s[last.checked_sub(1)?], cycle.ramp_end_s - m.time_s[last]);
+    let (step, gap) =
+        (m.time_s[last] - m.time_s[last.checked_sub(1)?], cycle.times.ramp_end_s - m.time_s[last]);
     if ramp.len() < KINK_SAMPLES + 1 || gap < 0.05 * step || gap > 1.5 * step {
         return None;
     }
@@ -149,7 +150,7 @@ fn at_ramp_end(m: &Measurement, cycle: &Cycle) -> Option<(f64, f64, f64)> {
         (m.time_s[tail.clone()].iter().sum::<f64>() / n, m.force_n[tail.clone()].iter().sum::<f64>() / n);
     let square: f64 = tail.clone().map(|i| (m.time_s[i] - t0).powi(2)).sum();
     let slope = tail.map(|i| (m.time_s[i] - t0) * (m.force_n[i] - f0)).sum::<f64>() / square;
-    Some((cycle.ramp_end_s, cycle.depth_m, f0 + slope * (cycle.ramp_end_s - t0)))
+    Some((cycle.times.ramp_end_s, cycle.depth_m, f0 + slope * (cycle.times.ramp_end_s - t0)))
 }
 
 fn resampled(

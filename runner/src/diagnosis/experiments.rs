@@ -94,7 +94,8 @@ pub fn proposals(
 fn tests(setup: Setup, sample_height_m: Option<f64>) -> Vec<Test> {
     let cycles = setup.observations.iter().filter_map(|o| o.cycles.first());
     let Some(cycle) = cycles.max_by(|a, b| a.depth_m.total_cmp(&b.depth_m)) else { return vec![] };
-    let (depth, ramp, hold) = (cycle.depth_m, cycle.ramp_end_s - cycle.ramp_start_s, cycle.hold_s());
+    let (depth, ramp, hold) =
+        (cycle.depth_m, cycle.times.ramp_end_s - cycle.times.ramp_start_s, cycle.hold_s());
     let held = |depth: f64, ramp: f64, hold: f64| vec![(0.0, 0.0), (ramp, depth), (ramp + hold, depth)];
     let mut cycled = vec![(0.0, 0.0)];
     for start in [0.0, 1.0, 2.0].map(|k| k * (2.0 * ramp + 2.0 * hold)) {

@@ -73,7 +73,7 @@ pub fn spots<W: Whitening>(observations: &[Observation], fit: &Linearised, white
         }
         let hold = |phase| matches!(phase, Phase::HoldEarly | Phase::HoldMiddle | Phase::HoldLate);
         let points: Vec<usize> = (0..o.len()).filter(|&i| hold(o.phases[i])).collect();
-        let since = |i: usize| o.measurement.time_s[i] - o.cycles[o.cycle[i]].ramp_end_s;
+        let since = |i: usize| o.measurement.time_s[i] - o.cycles[o.cycle[i]].times.ramp_end_s;
         for time_s in TIMES_S {
             let decay = |i: usize| (-since(i).max(0.0) / time_s).exp();
             add(None, None, Pattern::Relaxation(time_s), points.clone(), &decay);

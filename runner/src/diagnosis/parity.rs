@@ -35,7 +35,7 @@ pub fn parity(inspection: &Inspection) -> Vec<Parity> {
 fn of_test(test: &TestInspection) -> Vec<Parity> {
     let mut all = Vec::new();
     for c in &test.cycles {
-        let of = format!("{}, cycle {}", test.name, c.number);
+        let of = format!("{}, cycle {}", test.name, c.times.number);
         let mut add = |relation: &str, value: f64, sigma, expected, unit: &str, shows: &str| {
             let (of, relation) = (of.clone(), relation.to_owned());
             let (unit, shows) = (unit.to_owned(), shows.to_owned());
@@ -66,7 +66,7 @@ fn of_test(test: &TestInspection) -> Vec<Parity> {
             // The onset of a median over the specimens; uncertainty of one of them, so on the careful side.
             add("onset of force", onset, sigma, Some(0.0), "mm", "contact-point offset, lag, compliance");
         }
-        if c.number > 1 {
+        if c.times.number > 1 {
             add(
                 "peak over the first cycle's",
                 c.peak_over_first.median,
@@ -76,7 +76,7 @@ fn of_test(test: &TestInspection) -> Vec<Parity> {
                 "softening, drying, recovery",
             );
         }
-        let slope = late_slope(test, c.ramp_end_s, c.hold_end_s);
+        let slope = late_slope(test, c.times.ramp_end_s, c.times.hold_end_s);
         if let Some((slope, sigma)) = slope {
             let shows = "slow relaxation, drift, drying: the hold is too short to tell";
             add("slope at the end of the hold, relative", slope, Some(sigma), Some(0.0), "%/decade", shows);
@@ -126,8 +126,8 @@ fn late_slope(test: &TestInspection, ramp_end_s: f64, hold_end_s: f64) -> Option
 fn kink_lag(test: &TestInspection) -> Option<(f64, f64)> {
     let c = test.cycles.first()?;
     let curve = &test.curve;
-    let cycle = (0..curve.time_s.len()).filter(|&i| curve.time_s[i] <= c.hold_end_s);
+    let cycle = (0..curve.time_s.len()).filter(|&i| curve.time_s[i] <= c.times.hold_end_s);
     let peak = cycle.max_by(|a, b| curve.force_mn[*a].total_cmp(&curve.force_mn[*b]))?;
     let step = curve.time_s.get(peak + 1)? - curve.time_s[peak];
-    Some((curve.time_s[peak] - c.ramp_end_s, step))
+    Some((curve.time_s[peak] - c.times.ramp_end_s, step))
 }

@@ -1,9 +1,9 @@
 //! From an identification to the report of it.
 
 use super::profiles::profiles;
-use super::{Identification, curves};
+use super::{Identification, IdentificationError, curves};
 use crate::assumption::{Assumption, assumptions};
-use crate::fit::{EvaluationFailure, FitError};
+use crate::fit::EvaluationFailure;
 use crate::fmi::VariableKind;
 use crate::inference::derived::material_quantities;
 use crate::inference::posterior::{PosteriorError, SamplePlan, posterior};
@@ -11,27 +11,15 @@ use crate::inference::problem::ForceProblem;
 use crate::inference::requests::{display_unit, symbol};
 use crate::inference::valley::bends;
 use crate::inference::{Setup, Statistics, Values};
-use crate::noise::{Covariance, Observation, ObservationError, Weights, noise_model};
+use crate::noise::{Covariance, Observation, Weights, noise_model};
 use crate::pool::ForceCurve;
 use crate::report::{
-    Assembly, FitReport, FixedRow, MeasuredCurve, NuisanceRow, PosteriorReport, Role, RunStatistics, Setting,
-    SpecimenCurve,
+    Assembly, FitReport, FixedRow, Given, MeasuredCurve, NuisanceRow, PosteriorReport, Role, RunStatistics,
+    Setting, SpecimenCurve,
 };
 use crate::score::chi_square;
 use std::collections::BTreeMap;
 use std::time::SystemTime;
-use thiserror::Error;
-
-/// A report that cannot be made.
-#[derive(Debug, Error)]
-pub enum ReportError {
-    /// Not more points than parameters.
-    #[error(transparent)]
-    Fit(#[from] FitError),
-    /// Noise of a measurement that is predicted.
-    #[error(transparent)]
-    Observation(#[from] ObservationError),
-}
 
 /// What a report needs beside the identification itself.
 pub struct Context<'a> {
@@ -68,7 +56,7 @@ const MILLI: f64 = 1e3;
 pub fn report(
     context: &Context,
     identification: &Identification,
-) -> Result<(FitReport, Vec<String>), ReportError> {
+) -> Result<(FitReport, Vec<String>), IdentificationError> {
     let c = context;
     let (fit, values) = (&identification.found.fit, &identification.values);
     // The fit's own runs have the derivatives, but where a rough model stands for them; those of other tests need none.
@@ -125,13 +113,21 @@ pub fn report(
         },
         None => None,
     };
-    let assembly = Assembly {
+    let given = Given {
         title: format!("Parameters identified from {}", names.join(", ")),
         created: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
         command: c.command.clone(),
         model: c.setup.engine.model_name().to_owned(),
-        unknowns: c.setup.unknowns,
         fixed: fixed_rows(c, values),
+        assumptions: rests_on(c, values),
+        nuisances: c.nuisances.clone(),
+        runs: run_statistics(c, identification),
+        starts: identification.found.starts.clone(),
+        settings: settings(c, &descriptions),
+    };
+    let assembly = Assembly {
+        given,
+        unknowns: c.setup.unknowns,
         fit,
         statistics,
         stretches: &stretches,
@@ -141,11 +137,6 @@ pub fn report(
         complete: &complete,
         first_holds: first_holds(fitted),
         curves: measured,
-        runs: run_statistics(c, identification),
-        starts: identification.found.starts.clone(),
-        settings: settings(c, &descriptions),
-        assumptions: rests_on(c, values),
-        nuisances: c.nuisances.clone(),
     };
     Ok((FitReport { posterior: sampled, ..assembly.build()? }, missing))
 }

@@ -34,7 +34,7 @@ pub fn find_contact(
     noise_n: f64,
     base_n: Estimate,
 ) -> Option<Contact> {
-    let range = cycle.points(trace.time_s, cycle.start_s, cycle.ramp_end_s);
+    let range = cycle.points(trace.time_s, cycle.times.start_s, cycle.times.ramp_end_s);
     let level_n = threshold_n + base_n.value;
     let (t, d, f) =
         (&trace.time_s[range.clone()], &trace.displacement_m[range.clone()], &trace.force_n[range]);

@@ -18,9 +18,13 @@ pub fn cycles_csv(inspection: &Inspection) -> String {
             let quartiles = |q: Quartiles| [Some(q.median), Some(q.q25), Some(q.q75)];
             let after = |s: f64| c.force_after.iter().find(|f| f.after_s == s).map(|f| f.force_mn.median);
             let value = |e: Option<Estimate>| e.map(|e| e.value);
-            let mut cells =
-                vec![Some(c.start_s), Some(c.ramp_start_s), Some(c.ramp_end_s), Some(c.hold_end_s)];
-            cells.extend([c.surface_s, c.withdrawn_s, Some(c.end_s), Some(c.depth_mm)]);
+            let mut cells = vec![
+                Some(c.times.start_s),
+                Some(c.times.ramp_start_s),
+                Some(c.times.ramp_end_s),
+                Some(c.times.hold_end_s),
+            ];
+            cells.extend([c.times.surface_s, c.times.withdrawn_s, Some(c.times.end_s), Some(c.depth_mm)]);
             cells.extend([Some(c.rate_mm_per_s.value), Some(c.peak_mn.count as f64)]);
             cells.extend(quartiles(c.peak_mn));
             cells.extend([1.0, 10.0, 30.0, 90.0].map(after));
@@ -37,7 +41,7 @@ pub fn cycles_csv(inspection: &Inspection) -> String {
                 contact.and_then(|k| k.onset_sigma_mm),
             ]);
             let cells: Vec<String> = cells.into_iter().map(|v| v.map_or_else(String::new, number)).collect();
-            out.push_str(&format!("{},{},{}\n", quoted(&test.name), c.number, cells.join(",")));
+            out.push_str(&format!("{},{},{}\n", quoted(&test.name), c.times.number, cells.join(",")));
         }
     }
     out

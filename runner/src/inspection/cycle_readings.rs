@@ -52,14 +52,7 @@ pub(super) fn cycle(
     let drifts: Vec<Estimate> = traces.iter().filter_map(drift).collect();
     let c = traces[0].cycles[index];
     let inspection = CycleInspection {
-        number: c.number,
-        start_s: c.start_s,
-        ramp_start_s: c.ramp_start_s,
-        ramp_end_s: c.ramp_end_s,
-        hold_end_s: c.hold_end_s,
-        surface_s: c.surface_s,
-        withdrawn_s: c.withdrawn_s,
-        end_s: c.end_s,
+        times: c.times,
         hold_s: c.hold_s(),
         depth_mm: c.depth_m * 1e3,
         rate_mm_per_s: Estimate { value: c.ramp.rate_m_per_s, sigma: c.ramp.rate_sigma_m_per_s }.scaled(1e3),

@@ -161,7 +161,7 @@ fn curve(m: &Measurement) -> Result<PhaseCurve, DataError> {
         found.into_iter().map(|i| (m.time_s[i], force_n[i] * 1e3)).collect()
     };
     let outliers = m.curves_n().into_iter().flat_map(of_curve).collect();
-    let number = |&t: &f64| cycles.iter().filter(|c| t > c.start_s).count().max(1);
+    let number = |&t: &f64| cycles.iter().filter(|c| t > c.times.start_s).count().max(1);
     Ok(PhaseCurve {
         time_s: m.time_s.clone(),
         displacement_mm: milli(&m.displacement_m),

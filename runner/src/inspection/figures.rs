@@ -22,16 +22,16 @@ pub(super) fn colour(phase: Phase) -> &'static str {
 
 /// When the phases of a cycle begin and end (s).
 fn phases(c: &CycleInspection) -> Vec<(Phase, f64, f64)> {
-    let hold = |part: f64| c.ramp_end_s + part * c.hold_s;
-    let surface = c.surface_s.unwrap_or(c.end_s);
+    let hold = |part: f64| c.times.ramp_end_s + part * c.hold_s;
+    let surface = c.times.surface_s.unwrap_or(c.times.end_s);
     let all = [
-        (Phase::Approach, c.start_s, c.ramp_start_s),
-        (Phase::Ramp, c.ramp_start_s, c.ramp_end_s),
-        (Phase::HoldEarly, c.ramp_end_s, hold(0.01)),
+        (Phase::Approach, c.times.start_s, c.times.ramp_start_s),
+        (Phase::Ramp, c.times.ramp_start_s, c.times.ramp_end_s),
+        (Phase::HoldEarly, c.times.ramp_end_s, hold(0.01)),
         (Phase::HoldMiddle, hold(0.01), hold(0.1)),
-        (Phase::HoldLate, hold(0.1), c.hold_end_s),
-        (Phase::Unload, c.hold_end_s, surface),
-        (Phase::Recovery, surface, c.end_s),
+        (Phase::HoldLate, hold(0.1), c.times.hold_end_s),
+        (Phase::Unload, c.times.hold_end_s, surface),
+        (Phase::Recovery, surface, c.times.end_s),
     ];
     all.into_iter().filter(|p| p.2 > p.1).collect()
 }
@@ -130,17 +130,18 @@ fn force_axis((low, high): (f64, f64)) -> Axis {
 /// Loading of the first cycle, phases behind it.
 pub(super) fn loading(test: &TestInspection) -> Option<String> {
     let c = test.cycles.first()?;
-    let ramp = c.ramp_end_s - c.ramp_start_s;
-    let (from, to) = ((c.ramp_start_s - 0.25 * ramp).max(c.start_s), c.ramp_end_s + 0.75 * ramp);
-    let part = part(&test.curve, from, to, c.ramp_start_s);
+    let ramp = c.times.ramp_end_s - c.times.ramp_start_s;
+    let (from, to) =
+        ((c.times.ramp_start_s - 0.25 * ramp).max(c.times.start_s), c.times.ramp_end_s + 0.75 * ramp);
+    let part = part(&test.curve, from, to, c.times.ramp_start_s);
     let quartiles = part.quartiles_mn.iter().flat_map(|(a, b)| a.iter().chain(b));
     let limits = range(part.force_mn.iter().chain(quartiles));
     let axis = Axis::linear("time since the surface was passed (s)")
-        .with_range(from - c.ramp_start_s, to - c.ramp_start_s);
+        .with_range(from - c.times.ramp_start_s, to - c.times.ramp_start_s);
     let mut chart = Chart::new("Loading of cycle 1", axis, force_axis(limits), HALF);
     let bands: Vec<_> = phases(c)
         .into_iter()
-        .map(|(p, a, b)| (p, a.max(from) - c.ramp_start_s, b.min(to) - c.ramp_start_s))
+        .map(|(p, a, b)| (p, a.max(from) - c.times.ramp_start_s, b.min(to) - c.times.ramp_start_s))
         .filter(|b| b.2 > b.1)
         .collect();
     chart = banded(shaded(chart, &bands, limits), &part, palette::INK);
@@ -158,7 +159,9 @@ pub(super) fn holds(test: &TestInspection) -> Option<String> {
     let parts: Vec<Part> = test
         .cycles
         .iter()
-        .map(|c| part(&test.curve, c.ramp_end_s + 1e-4 * c.hold_s, c.hold_end_s, c.ramp_end_s))
+        .map(|c| {
+            part(&test.curve, c.times.ramp_end_s + 1e-4 * c.hold_s, c.times.hold_end_s, c.times.ramp_end_s)
+        })
         .collect();
     let quartiles = parts.first()?.quartiles_mn.iter().flat_map(|(a, b)| a.iter().chain(b));
     let limits = range(parts.iter().flat_map(|p| &p.force_mn).chain(quartiles));
@@ -171,8 +174,8 @@ pub(super) fn holds(test: &TestInspection) -> Option<String> {
     let chart = Chart::new("Holds of all cycles", axis, force_axis(limits), HALF);
     let bands: Vec<_> = phases(first)
         .into_iter()
-        .filter(|b| b.1 >= first.ramp_end_s && b.2 <= first.hold_end_s)
-        .map(|(p, a, b)| (p, (a - first.ramp_end_s).max(start), b - first.ramp_end_s))
+        .filter(|b| b.1 >= first.times.ramp_end_s && b.2 <= first.times.hold_end_s)
+        .map(|(p, a, b)| (p, (a - first.times.ramp_end_s).max(start), b - first.times.ramp_end_s))
         .filter(|b| b.2 > b.1)
         .collect();
     let chart = banded(shaded(chart, &bands, limits), parts.first()?, palette::INK);
@@ -184,7 +187,7 @@ pub(super) fn loadings(test: &TestInspection) -> Option<String> {
     let parts: Vec<Part> = test
         .cycles
         .iter()
-        .map(|c| part(&test.curve, c.start_s, c.ramp_end_s + 1e-6 * c.hold_s, 0.0))
+        .map(|c| part(&test.curve, c.times.start_s, c.times.ramp_end_s + 1e-6 * c.hold_s, 0.0))
         .collect();
     let lowest = parts.first()?.displacement_mm.first().copied().unwrap_or(0.0);
     let axis =
@@ -263,7 +266,7 @@ pub(super) fn by_cycle(inspection: &Inspection) -> Vec<String> {
         let mut chart = Chart::new(title, axis, Axis::linear("force (mN)"), HALF);
         for (i, test) in inspection.tests.iter().enumerate() {
             let colour = crate::report::plot::palette::measurement(i);
-            let x: Vec<f64> = test.cycles.iter().map(|c| c.number as f64).collect();
+            let x: Vec<f64> = test.cycles.iter().map(|c| c.times.number as f64).collect();
             let pick = |f: fn(crate::data::Quartiles) -> f64| {
                 test.cycles.iter().map(|c| f(read(c))).collect::<Vec<f64>>()
             };

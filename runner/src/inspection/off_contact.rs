@@ -12,8 +12,11 @@ pub(super) fn records(trace: &Trace) -> Vec<Record> {
         time_s: trace.time_s[range.clone()].to_vec(),
         values: trace.force_n[range].to_vec(),
     };
-    let recoveries: Vec<Record> =
-        trace.cycles.iter().filter_map(|c| Some(record(trace.between(c.withdrawn_s?, c.end_s)))).collect();
+    let recoveries: Vec<Record> = trace
+        .cycles
+        .iter()
+        .filter_map(|c| Some(record(trace.between(c.times.withdrawn_s?, c.times.end_s))))
+        .collect();
     if recoveries.iter().any(|r| r.values.len() >= FEWEST_IN_RECORD) {
         return recoveries;
     }
@@ -27,7 +30,7 @@ pub(super) fn white_of_holds(traces: &[Trace]) -> Option<(Estimate, usize)> {
     let (mut square, mut samples) = (0.0, 0);
     for trace in traces {
         for c in &trace.cycles {
-            let late = trace.between(c.ramp_end_s + 0.1 * c.hold_s(), c.hold_end_s);
+            let late = trace.between(c.times.ramp_end_s + 0.1 * c.hold_s(), c.times.hold_end_s);
             let points: Vec<(f64, f64)> = late.map(|i| (trace.time_s[i], trace.force_n[i])).collect();
             let n = points.len();
             square += sample_noise(&points).powi(2) * n as f64;
@@ -42,7 +45,7 @@ pub(super) fn white_of_holds(traces: &[Trace]) -> Option<(Estimate, usize)> {
 
 /// Approach, as far as the punch is further from the surface than half of its start.
 fn first_half_of_approach(trace: &Trace, cycle: &Cycle) -> std::ops::Range<usize> {
-    let approach = trace.between(cycle.start_s, cycle.ramp_start_s);
+    let approach = trace.between(cycle.times.start_s, cycle.times.ramp_start_s);
     let start = trace.displacement_m.get(approach.start).copied().unwrap_or(0.0);
     let near = approach.clone().find(|&i| trace.displacement_m[i] > 0.5 * start);
     approach.start..near.unwrap_or(approach.end)
@@ -52,8 +55,10 @@ fn first_half_of_approach(trace: &Trace, cycle: &Cycle) -> std::ops::Range<usize
 pub(super) fn before_n(trace: &Trace, index: usize) -> Option<Estimate> {
     let cycle = trace.cycles.get(index)?;
     let previous = index.checked_sub(1).and_then(|i| trace.cycles.get(i));
-    match previous.and_then(|p| p.withdrawn_s) {
-        Some(withdrawn) => mean(trace, trace.between(0.5 * (withdrawn + cycle.start_s), cycle.start_s)),
+    match previous.and_then(|p| p.times.withdrawn_s) {
+        Some(withdrawn) => {
+            mean(trace, trace.between(0.5 * (withdrawn + cycle.times.start_s), cycle.times.start_s))
+        }
         None => mean(trace, first_half_of_approach(trace, cycle)),
     }
 }
@@ -61,7 +66,7 @@ pub(super) fn before_n(trace: &Trace, index: usize) -> Option<Estimate> {
 /// Mean force after a cycle, from the end of the withdrawal on (N).
 pub(super) fn after_n(trace: &Trace, index: usize) -> Option<Estimate> {
     let cycle = trace.cycles.get(index)?;
-    mean(trace, trace.between(cycle.withdrawn_s?, cycle.end_s))
+    mean(trace, trace.between(cycle.times.withdrawn_s?, cycle.times.end_s))
 }
 
 /// Mean with its standard error, as of independent samples.

@@ -136,7 +136,7 @@ fn forces(test: &TestInspection) -> Markup {
                 th.number { "end of hold (mN)" } th.number { "relaxation (%)" } th.number { "peak / first" }
             } }
             tbody { @for c in &test.cycles { tr {
-                td.number { (c.number) } td.number { (format!("{:.3}", c.depth_mm)) }
+                td.number { (c.times.number) } td.number { (format!("{:.3}", c.depth_mm)) }
                 td.number { (format!("{:.3}", c.rate_mm_per_s.value)) } td.number { (quartiles(c.peak_mn, 2)) }
                 @for s in &after { td.number {
                     @if let Some(f) = c.force_after.iter().find(|f| f.after_s == *s) {
@@ -163,7 +163,7 @@ fn contacts(test: &TestInspection, threshold_mn: f64) -> Markup {
                 th.number { "off contact before (mN)" } th.number { "after (mN)" } th.number { "drift (mN)" }
             } }
             tbody { @for c in &test.cycles { tr {
-                td.number { (c.number) }
+                td.number { (c.times.number) }
                 td.number { (optional(c.contact.as_ref().map(at))) }
                 td.number { (optional(c.contact.as_ref().and_then(onset))) }
                 td.number { @if let Some(r) = c.retraction {

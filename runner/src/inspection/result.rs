@@ -1,7 +1,7 @@
 //! What an inspection found: one serialisable structure, in the units that people use.
 
 use super::water::WaterContent;
-use crate::data::{Estimate, Phase, Quartiles};
+use crate::data::{CycleTimes, Estimate, Phase, Quartiles};
 use crate::noise::correlated::Autocorrelation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -93,22 +93,9 @@ pub struct PhaseCurve {
 /// One cycle. Quartiles are over the specimens.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CycleInspection {
-    /// Counted from 1.
-    pub number: usize,
-    /// Beginning (s).
-    pub start_s: f64,
-    /// The punch passes the undeformed surface (s).
-    pub ramp_start_s: f64,
-    /// The punch comes to rest in the sample (s).
-    pub ramp_end_s: f64,
-    /// The punch leaves its rest (s).
-    pub hold_end_s: f64,
-    /// The punch passes the undeformed surface outwards (s).
-    pub surface_s: Option<f64>,
-    /// The punch comes to rest outside (s).
-    pub withdrawn_s: Option<f64>,
-    /// End (s).
-    pub end_s: f64,
+    /// Its number and times.
+    #[serde(flatten)]
+    pub times: CycleTimes,
     /// Length of the hold (s).
     pub hold_s: f64,
     /// Displacement of the hold (mm).

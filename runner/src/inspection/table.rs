@@ -72,7 +72,7 @@ fn forces(out: &mut String, test: &TestInspection) {
             found.map_or_else(|| "-".to_owned(), |f| format!("{:.2}", f.force_mn.median))
         };
         vec![
-            c.number.to_string(),
+            c.times.number.to_string(),
             format!("{:.3}", c.depth_mm),
             format!("{:.3}", c.rate_mm_per_s.value),
             quartiles(c.peak_mn, 2),
@@ -105,7 +105,7 @@ fn contacts(out: &mut String, test: &TestInspection, threshold_mn: f64) {
         let contact = c.contact.as_ref();
         let onset = contact.and_then(|k| k.onset_mm.zip(k.onset_sigma_mm));
         vec![
-            c.number.to_string(),
+            c.times.number.to_string(),
             contact.map_or_else(dash, |k| {
                 plus_minus(Estimate { value: k.threshold_mm.median, sigma: k.threshold_sigma_mm })
             }),

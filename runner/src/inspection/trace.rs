@@ -52,7 +52,7 @@ impl<'a> Trace<'a> {
 
     /// Largest force from the beginning of a cycle to the end of its hold (N).
     pub fn peak_n(&self, cycle: &Cycle) -> Option<f64> {
-        let range = cycle.points(self.time_s, cycle.start_s, cycle.hold_end_s);
+        let range = cycle.points(self.time_s, cycle.times.start_s, cycle.times.hold_end_s);
         self.force_n[range].iter().copied().max_by(f64::total_cmp)
     }
 
@@ -64,12 +64,12 @@ impl<'a> Trace<'a> {
         if after_s > BEYOND * cycle.hold_s() || after_s <= 0.0 {
             return None;
         }
-        let at = |s: f64| cycle.ramp_end_s + s;
-        let near = self.between(at(after_s / WITHIN), at(after_s * WITHIN).min(cycle.hold_end_s));
+        let at = |s: f64| cycle.times.ramp_end_s + s;
+        let near = self.between(at(after_s / WITHIN), at(after_s * WITHIN).min(cycle.times.hold_end_s));
         let points: Vec<(f64, f64)> =
-            near.map(|i| ((self.time_s[i] - cycle.ramp_end_s).ln(), self.force_n[i])).collect();
+            near.map(|i| ((self.time_s[i] - cycle.times.ramp_end_s).ln(), self.force_n[i])).collect();
         if points.len() < 3 {
-            return self.interpolated(at(after_s).min(cycle.hold_end_s));
+            return self.interpolated(at(after_s).min(cycle.times.hold_end_s));
         }
         let n = points.len() as f64;
         let (x0, y0) =
@@ -91,11 +91,11 @@ impl<'a> Trace<'a> {
     /// Smallest force while the punch is pulled off; none without an unloading.
     pub fn pull(&self, cycle: &Cycle) -> Option<Pull> {
         cycle.unload?;
-        let withdrawn = cycle.withdrawn_s.unwrap_or(cycle.end_s);
-        let stroke = self.between(cycle.hold_end_s, withdrawn);
+        let withdrawn = cycle.times.withdrawn_s.unwrap_or(cycle.times.end_s);
+        let stroke = self.between(cycle.times.hold_end_s, withdrawn);
         // A film may tear when the stroke has ended: as long again, but no drift of minutes.
-        let rest = self.between(withdrawn, (2.0 * withdrawn - cycle.hold_end_s).min(cycle.end_s));
-        let last = self.between(cycle.start_s, cycle.end_s).end;
+        let rest = self.between(withdrawn, (2.0 * withdrawn - cycle.times.hold_end_s).min(cycle.times.end_s));
+        let last = self.between(cycle.times.start_s, cycle.times.end_s).end;
         let rest = stroke.end..rest.end.max(stroke.end + REST_SAMPLES).min(last).max(stroke.end);
         let base_n = self.force_n[rest.clone()].iter().sum::<f64>() / rest.len().max(1) as f64;
         let forces = &self.force_n[stroke.start..rest.end];

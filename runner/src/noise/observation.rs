@@ -61,7 +61,7 @@ impl Observation {
         let (clean, left_out) = without_odd(&clean);
         let (measurement, factors) = levelled(&clean);
         let cycles = cycles(&measurement).unwrap_or_default();
-        let number = |&t: &f64| cycles.iter().filter(|c| t > c.start_s).count().max(1) - 1;
+        let number = |&t: &f64| cycles.iter().filter(|c| t > c.times.start_s).count().max(1) - 1;
         let cycle = measurement.time_s.iter().map(number).collect();
         let phases = phases(&measurement);
         let protocol = Arc::new(protocol_of(&measurement)?);
@@ -131,7 +131,7 @@ impl Observation {
 
     /// Time since the loading of its cycle began to touch (s), of a point; since the beginning where there is no loading.
     pub fn since_touch_s(&self, point: usize) -> f64 {
-        let touch_s = self.cycles.get(self.cycle[point]).map_or(self.time_s[0], |c| c.ramp_start_s);
+        let touch_s = self.cycles.get(self.cycle[point]).map_or(self.time_s[0], |c| c.times.ramp_start_s);
         self.time_s[point] - touch_s
     }
 

@@ -263,7 +263,7 @@ fn is_beyond(variance: f64, white: f64, degrees: f64) -> bool {
 /// Additive drifts of a specimen's reading: piecewise straight, with a kink where a cycle begins.
 fn drifts(observation: &Observation) -> Vec<DVector<f64>> {
     let t = &observation.time_s;
-    let mut knots: Vec<f64> = observation.cycles.iter().map(|c| c.start_s).collect();
+    let mut knots: Vec<f64> = observation.cycles.iter().map(|c| c.times.start_s).collect();
     knots.extend([t[0], t[t.len() - 1]]);
     knots.sort_by(f64::total_cmp);
     knots.dedup_by(|b, a| *b <= *a);
@@ -290,8 +290,9 @@ fn shapes(observation: &Observation) -> Vec<DVector<f64>> {
 /// Noise while the punch is in the air after a withdrawal, of every specimen.
 fn off_contact(observation: &Observation) -> Option<NoiseParts> {
     let m = &observation.measurement;
-    let stretch =
-        |cycle: &crate::data::Cycle| cycle.withdrawn_s.map(|from| cycle.points(&m.time_s, from, cycle.end_s));
+    let stretch = |cycle: &crate::data::Cycle| {
+        cycle.times.withdrawn_s.map(|from| cycle.points(&m.time_s, from, cycle.times.end_s))
+    };
     let stretches: Vec<_> = observation.cycles.iter().filter_map(stretch).collect();
     let records: Vec<Record> = m
         .curves_n()

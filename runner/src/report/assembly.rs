@@ -3,61 +3,19 @@
 use super::first_hold::gains;
 use super::fit_report::*;
 use super::verdict;
-use crate::assumption::Assumption;
-use crate::fit::{FitError, Solution, StartRecord};
+use crate::fit::{FitError, Solution};
 use crate::inference::derived::{self, DerivedQuantity, Values};
 use crate::inference::statistics::Determination;
 use crate::inference::{Fit, Identifiability, ParameterEstimate, Statistics, Unknowns};
 use crate::noise::Covariance;
 use nalgebra::DMatrix;
 
-/// A measurement and the model's curve at the solution, at the same times.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeasuredCurve {
-    /// Short name, e.g. `P2`.
-    pub name: String,
-    /// File it came from.
-    pub file: String,
-    /// What it was used for.
-    pub role: Role,
-    /// Provenance comment of the file.
-    pub provenance: Option<String>,
-    /// Times (s).
-    pub time_s: Vec<f64>,
-    /// Depth (mm).
-    pub displacement_mm: Vec<f64>,
-    /// Measured force (mN).
-    pub measured_mn: Vec<f64>,
-    /// Spread between specimens (mN).
-    pub spread_mn: Option<Vec<f64>>,
-    /// Force of each specimen.
-    pub specimens: Vec<SpecimenCurve>,
-    /// Standard deviation of each point (mN); empty if unknown.
-    pub sigma_mn: Vec<f64>,
-    /// Squared difference in units of its covariance; in mN^2 if that is unknown.
-    pub chi_square: f64,
-    /// Model's force (mN).
-    pub model_mn: Vec<f64>,
-    /// Its solid part (mN).
-    pub model_solid_mn: Option<Vec<f64>>,
-    /// Its fluid part (mN).
-    pub model_fluid_mn: Option<Vec<f64>>,
-}
-
 /// What a report is made of.
 pub struct Assembly<'a> {
-    /// Heading.
-    pub title: String,
-    /// When it was made, RFC 3339.
-    pub created: String,
-    /// The command that made it.
-    pub command: String,
-    /// Name and identification of the model.
-    pub model: String,
+    /// What stands in it as it is.
+    pub given: Given,
     /// What was fitted.
     pub unknowns: &'a Unknowns,
-    /// Fixed and tied parameters.
-    pub fixed: Vec<FixedRow>,
     /// The best fit.
     pub fit: &'a Fit,
     /// What its values are worth.
@@ -76,16 +34,6 @@ pub struct Assembly<'a> {
     pub first_holds: Vec<usize>,
     /// Measurements, those fitted first.
     pub curves: Vec<MeasuredCurve>,
-    /// What it cost.
-    pub runs: RunStatistics,
-    /// The fate of each start (empty: one start).
-    pub starts: Vec<StartRecord>,
-    /// Settings worth keeping.
-    pub settings: Vec<Setting>,
-    /// Parameters that were not fitted.
-    pub assumptions: Vec<Assumption>,
-    /// Contact points and load cells' zeros that were.
-    pub nuisances: Vec<NuisanceRow>,
 }
 
 impl Assembly<'_> {
@@ -106,15 +54,9 @@ impl Assembly<'_> {
         let measurements: Vec<_> = self.curves.into_iter().map(MeasuredCurve::evaluate).collect();
         let mut report = FitReport {
             schema: SCHEMA.to_owned(),
-            title: self.title,
-            created: self.created,
-            command: self.command,
-            model: self.model,
+            given: self.given,
             verdict: Verdict::default(),
             parameters: statistics.estimates.iter().map(row).collect(),
-            fixed: self.fixed,
-            assumptions: self.assumptions,
-            nuisances: self.nuisances,
             derived: derived
                 .iter()
                 .map(|d| DerivedRow {
@@ -141,8 +83,6 @@ impl Assembly<'_> {
             ratios: ratios(&measurements),
             measurements,
             fit: summary(solution, &statistics, &fit.covariance),
-            runs: self.runs,
-            starts: self.starts,
             iterations: solution
                 .iterations
                 .iter()
@@ -154,7 +94,6 @@ impl Assembly<'_> {
                     values: values_at(unknowns, &r.x),
                 })
                 .collect(),
-            settings: self.settings,
         };
         report.take_profiles();
         report.verdict = verdict::verdict(&report, analysis.determined);
@@ -231,26 +170,13 @@ impl MeasuredCurve {
         let synthetic =
             self.provenance.as_ref().is_some_and(|p| p.to_ascii_lowercase().contains("synthetic"));
         MeasurementResult {
-            chi_square: self.chi_square,
             chi_square_per_point: self.chi_square / n,
             rms_mn: (square / n).sqrt(),
             peak_mn: pair(&peak),
             end_mn: pair(&end),
             relaxation_percent: pair(&relaxation),
             synthetic,
-            name: self.name,
-            file: self.file,
-            role: self.role,
-            provenance: self.provenance,
-            time_s: self.time_s,
-            displacement_mm: self.displacement_mm,
-            measured_mn: self.measured_mn,
-            spread_mn: self.spread_mn,
-            specimens: self.specimens,
-            sigma_mn: self.sigma_mn,
-            model_mn: self.model_mn,
-            model_solid_mn: self.model_solid_mn,
-            model_fluid_mn: self.model_fluid_mn,
+            curve: self,
         }
     }
 }
@@ -301,7 +227,7 @@ fn ratios(measurements: &[MeasurementResult]) -> Vec<Ratio> {
             }
             let (a, b) = if a.peak_mn.measured >= b.peak_mn.measured { (a, b) } else { (b, a) };
             ratios.push(Ratio {
-                name: format!("peak {} / peak {}", a.name, b.name),
+                name: format!("peak {} / peak {}", a.curve.name, b.curve.name),
                 value: Pair {
                     measured: a.peak_mn.measured / b.peak_mn.measured,
                     model: a.peak_mn.model / b.peak_mn.model,

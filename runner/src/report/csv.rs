@@ -6,48 +6,27 @@ use std::fmt::Write;
 /// Free, fixed and derived quantities, one per line: `parameters.csv`.
 pub fn parameters_csv(report: &FitReport) -> String {
     let mut out = String::from("kind,name,symbol,unit,value,lower95,upper95,determination,at_bound,start\n");
-    for p in &report.parameters {
-        let bound = p.at_bound.map_or(String::new(), |b| format!("{b:?}").to_lowercase());
-        line(
-            &mut out,
-            &[
-                "free".to_owned(),
-                p.name.clone(),
-                p.symbol.clone(),
-                p.unit.clone(),
-                number(p.value),
-                number(p.lower),
-                number(p.upper),
-                format!("{:?}", p.determination).to_lowercase(),
-                bound,
-                number(p.start),
-            ],
-        );
-    }
-    let blank = String::new;
-    for f in &report.fixed {
-        let kind = if f.how == "fixed" { "fixed" } else { "tied" };
-        let mut cells =
-            vec![kind.to_owned(), f.name.clone(), f.symbol.clone(), f.unit.clone(), number(f.value)];
-        cells.resize_with(10, blank);
+    // What a kind does not have at its end is left empty.
+    let mut row = |texts: [&str; 4], value: f64, known: Vec<String>| {
+        let mut cells: Vec<String> = texts.map(str::to_owned).into();
+        cells.push(number(value));
+        cells.extend(known);
+        cells.resize_with(10, String::new);
         line(&mut out, &cells);
+    };
+    let word = |w: &dyn std::fmt::Debug| format!("{w:?}").to_lowercase();
+    for p in &report.parameters {
+        let bound = p.at_bound.map_or_else(String::new, |b| word(&b));
+        let known = vec![number(p.lower), number(p.upper), word(&p.determination), bound, number(p.start)];
+        row(["free", &p.name, &p.symbol, &p.unit], p.value, known);
+    }
+    for f in &report.given.fixed {
+        let kind = if f.how == "fixed" { "fixed" } else { "tied" };
+        row([kind, &f.name, &f.symbol, &f.unit], f.value, vec![]);
     }
     for d in &report.derived {
-        line(
-            &mut out,
-            &[
-                "derived".to_owned(),
-                d.name.clone(),
-                d.symbol.clone(),
-                d.unit.clone(),
-                number(d.value),
-                number(d.lower),
-                number(d.upper),
-                format!("{:?}", d.determination).to_lowercase(),
-                blank(),
-                blank(),
-            ],
-        );
+        let known = vec![number(d.lower), number(d.upper), word(&d.determination)];
+        row(["derived", &d.name, &d.symbol, &d.unit], d.value, known);
     }
     out
 }
@@ -59,25 +38,25 @@ pub fn curves_csv(report: &FitReport) -> String {
          model_fluid_mN\n",
     );
     for m in &report.measurements {
-        let role = match m.role {
+        let role = match m.curve.role {
             Role::Fit => "fit",
             Role::Validation => "validation",
         };
         let optional = |v: &Option<Vec<f64>>, i: usize| v.as_ref().map_or(String::new(), |v| number(v[i]));
-        for i in 0..m.time_s.len() {
+        for i in 0..m.curve.time_s.len() {
             line(
                 &mut out,
                 &[
-                    m.name.clone(),
+                    m.curve.name.clone(),
                     role.to_owned(),
-                    number(m.time_s[i]),
-                    number(m.displacement_mm[i]),
-                    number(m.measured_mn[i]),
-                    optional(&m.spread_mn, i),
-                    m.sigma_mn.get(i).map_or(String::new(), |&s| number(s)),
-                    number(m.model_mn[i]),
-                    optional(&m.model_solid_mn, i),
-                    optional(&m.model_fluid_mn, i),
+                    number(m.curve.time_s[i]),
+                    number(m.curve.displacement_mm[i]),
+                    number(m.curve.measured_mn[i]),
+                    optional(&m.curve.spread_mn, i),
+                    m.curve.sigma_mn.get(i).map_or(String::new(), |&s| number(s)),
+                    number(m.curve.model_mn[i]),
+                    optional(&m.curve.model_solid_mn, i),
+                    optional(&m.curve.model_fluid_mn, i),
                 ],
             );
         }

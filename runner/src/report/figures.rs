@@ -33,25 +33,26 @@ fn forces(report: &FitReport, mut chart: Chart, from: f64, to: f64) -> Chart {
     for (i, m) in report.measurements.iter().enumerate() {
         let colour = palette::measurement(i);
         let phases = Phases::of(m);
-        let keep: Vec<usize> =
-            (0..m.time_s.len()).filter(|&k| (from..=to).contains(&(m.time_s[k] - phases.contact))).collect();
+        let keep: Vec<usize> = (0..m.curve.time_s.len())
+            .filter(|&k| (from..=to).contains(&(m.curve.time_s[k] - phases.contact)))
+            .collect();
         let pick = |v: &[f64]| -> Vec<f64> { keep.iter().map(|&k| v[k]).collect() };
-        let time: Vec<f64> = keep.iter().map(|&k| m.time_s[k] - phases.contact).collect();
-        let (measured, model) = (pick(&m.measured_mn), pick(&m.model_mn));
-        if let Some(spread) = &m.spread_mn {
+        let time: Vec<f64> = keep.iter().map(|&k| m.curve.time_s[k] - phases.contact).collect();
+        let (measured, model) = (pick(&m.curve.measured_mn), pick(&m.curve.model_mn));
+        if let Some(spread) = &m.curve.spread_mn {
             let spread = pick(spread);
             let edge =
                 |sign: f64| measured.iter().zip(&spread).map(|(f, s)| f + sign * s).collect::<Vec<_>>();
             chart = chart.with(None, colour, Mark::Band(edge(1.0)), &time, &edge(-1.0));
         }
-        for specimen in &m.specimens {
+        for specimen in &m.curve.specimens {
             chart = chart.with(None, colour, Mark::Thin, &time, &pick(&specimen.force_mn));
         }
         chart = chart
             .with(None, colour, Mark::Points, &time, &measured)
-            .told(&format!("{} measured", m.name))
-            .with(Some(&m.name), colour, Mark::Line, &time, &model)
-            .told(&format!("{} model", m.name));
+            .told(&format!("{} measured", m.curve.name))
+            .with(Some(&m.curve.name), colour, Mark::Line, &time, &model)
+            .told(&format!("{} model", m.curve.name));
     }
     chart
 }
@@ -66,18 +67,18 @@ pub(super) fn normalised_relaxation(report: &FitReport) -> String {
     );
     for (i, m) in report.measurements.iter().enumerate() {
         let peak = Phases::of(m).peak_index;
-        let start = m.time_s[peak];
+        let start = m.curve.time_s[peak];
         // A log axis that began at the first microsecond would show nothing but the plateau.
-        let first = m.time_s.iter().position(|t| t - start >= 1e-3).unwrap_or(peak);
-        let time: Vec<f64> = m.time_s[first..].iter().map(|t| t - start).collect();
+        let first = m.curve.time_s.iter().position(|t| t - start >= 1e-3).unwrap_or(peak);
+        let time: Vec<f64> = m.curve.time_s[first..].iter().map(|t| t - start).collect();
         let colour = palette::measurement(i);
         let over =
             |f: &[f64], peak_force: f64| -> Vec<f64> { f[first..].iter().map(|v| v / peak_force).collect() };
         chart = chart
-            .with(None, colour, Mark::Points, &time, &over(&m.measured_mn, m.peak_mn.measured))
-            .told(&format!("{} measured", m.name))
-            .with(Some(&m.name), colour, Mark::Line, &time, &over(&m.model_mn, m.peak_mn.model))
-            .told(&format!("{} model", m.name));
+            .with(None, colour, Mark::Points, &time, &over(&m.curve.measured_mn, m.peak_mn.measured))
+            .told(&format!("{} measured", m.curve.name))
+            .with(Some(&m.curve.name), colour, Mark::Line, &time, &over(&m.curve.model_mn, m.peak_mn.model))
+            .told(&format!("{} model", m.curve.name));
     }
     chart.to_svg()
 }
@@ -85,23 +86,24 @@ pub(super) fn normalised_relaxation(report: &FitReport) -> String {
 /// Fig. 7: the model's force with its solid and fluid parts, where it has them.
 pub(super) fn solid_and_fluid(report: &FitReport) -> Vec<String> {
     let draw = |m: &MeasurementResult| {
-        let (solid, fluid) = (m.model_solid_mn.as_ref()?, m.model_fluid_mn.as_ref()?);
+        let (solid, fluid) = (m.curve.model_solid_mn.as_ref()?, m.curve.model_fluid_mn.as_ref()?);
         let contact = Phases::of(m).contact;
-        let keep: Vec<usize> = (0..m.time_s.len()).filter(|&k| m.time_s[k] > contact + 1e-9).collect();
+        let keep: Vec<usize> =
+            (0..m.curve.time_s.len()).filter(|&k| m.curve.time_s[k] > contact + 1e-9).collect();
         let pick = |v: &[f64]| -> Vec<f64> { keep.iter().map(|&k| v[k]).collect() };
-        let time: Vec<f64> = keep.iter().map(|&k| m.time_s[k] - contact).collect();
+        let time: Vec<f64> = keep.iter().map(|&k| m.curve.time_s[k] - contact).collect();
         let chart = Chart::new(
-            &format!("{}: force and its parts", m.name),
+            &format!("{}: force and its parts", m.curve.name),
             Axis::log("time since contact (s)"),
             Axis::linear("force (mN)"),
             HALF,
         );
         let chart = chart
-            .with(None, palette::GREY, Mark::Points, &time, &pick(&m.measured_mn))
+            .with(None, palette::GREY, Mark::Points, &time, &pick(&m.curve.measured_mn))
             .told("measured")
             .with(Some("fluid"), palette::SKY, Mark::Line, &time, &pick(fluid))
             .with(Some("solid"), palette::GREEN, Mark::Line, &time, &pick(solid))
-            .with(Some("total"), palette::INK, Mark::Line, &time, &pick(&m.model_mn));
+            .with(Some("total"), palette::INK, Mark::Line, &time, &pick(&m.curve.model_mn));
         Some(chart.to_svg())
     };
     report.measurements.iter().filter_map(draw).collect()
@@ -111,19 +113,20 @@ pub(super) fn solid_and_fluid(report: &FitReport) -> Vec<String> {
 pub(super) fn residuals(report: &FitReport) -> Vec<String> {
     let draw = |(i, m): (usize, &MeasurementResult)| {
         let contact = Phases::of(m).contact;
-        let keep: Vec<usize> = (0..m.time_s.len()).filter(|&k| m.time_s[k] > contact + 1e-9).collect();
-        let time: Vec<f64> = keep.iter().map(|&k| m.time_s[k] - contact).collect();
-        let known = !m.sigma_mn.is_empty();
+        let keep: Vec<usize> =
+            (0..m.curve.time_s.len()).filter(|&k| m.curve.time_s[k] > contact + 1e-9).collect();
+        let time: Vec<f64> = keep.iter().map(|&k| m.curve.time_s[k] - contact).collect();
+        let known = !m.curve.sigma_mn.is_empty();
         let one = |&k: &usize| {
-            let difference = m.measured_mn[k] - m.model_mn[k];
-            if known { difference / m.sigma_mn[k] } else { difference }
+            let difference = m.curve.measured_mn[k] - m.curve.model_mn[k];
+            if known { difference / m.curve.sigma_mn[k] } else { difference }
         };
         let values: Vec<f64> = keep.iter().map(one).collect();
         let label = if known { "measured - model (sigma)" } else { "measured - model (mN)" };
         let reach = values.iter().fold(if known { 3.0 } else { 1e-3 }, |a: f64, v| a.max(1.1 * v.abs()));
-        let role = if m.role == Role::Fit { "fit" } else { "validation" };
+        let role = if m.curve.role == Role::Fit { "fit" } else { "validation" };
         let mut chart = Chart::new(
-            &format!("{} ({role})", m.name),
+            &format!("{} ({role})", m.curve.name),
             Axis::log("time since contact (s)"),
             Axis::linear(label).with_range(-reach, reach),
             (490.0, 250.0),
@@ -171,7 +174,7 @@ pub(super) fn profiles(report: &FitReport) -> Vec<String> {
 /// chi^2 of all starts in ascending order, before and after refinement; none for a single start.
 pub(super) fn waterfall(report: &FitReport) -> Option<String> {
     let mut ended: Vec<(f64, f64)> =
-        report.starts.iter().filter_map(|s| Some((s.chi_square?, s.chi_square_start?))).collect();
+        report.given.starts.iter().filter_map(|s| Some((s.chi_square?, s.chi_square_start?))).collect();
     if ended.len() < 2 {
         return None;
     }
@@ -217,7 +220,7 @@ struct Phases {
 
 impl Phases {
     fn of(m: &MeasurementResult) -> Self {
-        let (t, d) = (&m.time_s, &m.displacement_mm);
+        let (t, d) = (&m.curve.time_s, &m.curve.displacement_mm);
         let touch = d.iter().position(|&d| d > 0.0).unwrap_or(0);
         let contact = match touch {
             0 => t[0],

@@ -18,26 +18,13 @@ pub const SCHEMA: &str = "poropunch.fit-report/1";
 pub struct FitReport {
     /// [`SCHEMA`].
     pub schema: String,
-    /// Heading.
-    pub title: String,
-    /// When it was made, RFC 3339.
-    pub created: String,
-    /// The command that made it.
-    pub command: String,
-    /// Name and identification of the model.
-    pub model: String,
+    /// What nothing here is computed from.
+    #[serde(flatten)]
+    pub given: Given,
     /// The result in words.
     pub verdict: Verdict,
     /// Free parameters.
     pub parameters: Vec<ParameterRow>,
-    /// Fixed and tied parameters.
-    pub fixed: Vec<FixedRow>,
-    /// What the result rests on: every parameter that was not fitted, given or assumed.
-    #[serde(default)]
-    pub assumptions: Vec<Assumption>,
-    /// Contact points and load cells' zeros that were fitted with the parameters.
-    #[serde(default)]
-    pub nuisances: Vec<NuisanceRow>,
     /// Quantities computed from the parameters.
     pub derived: Vec<DerivedRow>,
     /// How much better values are known from everything than from the first loading and hold of each test; empty
@@ -62,12 +49,33 @@ pub struct FitReport {
     pub ratios: Vec<Ratio>,
     /// How the fit went.
     pub fit: FitSummary,
+    /// chi^2 after each iteration of the best start.
+    pub iterations: Vec<IterationRow>,
+}
+
+/// What a report is given as it stands.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Given {
+    /// Heading.
+    pub title: String,
+    /// When it was made, RFC 3339.
+    pub created: String,
+    /// The command that made it.
+    pub command: String,
+    /// Name and identification of the model.
+    pub model: String,
+    /// Fixed and tied parameters.
+    pub fixed: Vec<FixedRow>,
+    /// What the result rests on: every parameter that was not fitted, given or assumed.
+    #[serde(default)]
+    pub assumptions: Vec<Assumption>,
+    /// Contact points and load cells' zeros that were fitted with the parameters.
+    #[serde(default)]
+    pub nuisances: Vec<NuisanceRow>,
     /// What it cost.
     pub runs: RunStatistics,
     /// The fate of each start.
     pub starts: Vec<StartRecord>,
-    /// chi^2 after each iteration of the best start.
-    pub iterations: Vec<IterationRow>,
     /// Settings of model and fit that are worth keeping, name and value.
     pub settings: Vec<Setting>,
 }
@@ -238,9 +246,9 @@ pub struct Pair {
     pub model: f64,
 }
 
-/// A measurement with the model's curve. All series have the length of `time_s`.
+/// A measurement and the model's curve at the solution. All series have the length of `time_s`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct MeasurementResult {
+pub struct MeasuredCurve {
     /// Short name, e.g. `P2`.
     pub name: String,
     /// File it came from.
@@ -249,8 +257,6 @@ pub struct MeasurementResult {
     pub role: Role,
     /// Where the data come from, if the file says so; data that are synthetic say it here.
     pub provenance: Option<String>,
-    /// Whether the data are synthetic.
-    pub synthetic: bool,
     /// Times (s).
     pub time_s: Vec<f64>,
     /// Depth, positive into the sample (mm).
@@ -272,6 +278,16 @@ pub struct MeasurementResult {
     pub model_fluid_mn: Option<Vec<f64>>,
     /// Sum of squared differences over sigma, or over mN (Eq. 16) if sigma is unknown.
     pub chi_square: f64,
+}
+
+/// A measurement with the model's curve. All series have the length of `time_s`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MeasurementResult {
+    /// Both curves.
+    #[serde(flatten)]
+    pub curve: MeasuredCurve,
+    /// Whether the data are synthetic.
+    pub synthetic: bool,
     /// chi^2 per point.
     pub chi_square_per_point: f64,
     /// Root mean square of the difference (mN).

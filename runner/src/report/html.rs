@@ -28,11 +28,11 @@ pub fn page(report: &FitReport) -> String {
         (residuals(report))
         (correlation(report))
         (course(report))
-        (assumed(&report.assumptions))
+        (assumed(&report.given.assumptions))
         (glossary())
         (origin(report))
     };
-    document(&report.title, "", &body)
+    document(&report.given.title, "", &body)
 }
 
 /// A figure over the whole page, and its narrow shape for narrow screens.
@@ -65,16 +65,17 @@ pub fn document(title: &str, more: &str, body: &Markup) -> String {
 
 fn heading(report: &FitReport) -> Markup {
     let names = |role: Role| {
-        let named = report.measurements.iter().filter(|m| m.role == role).map(|m| m.name.as_str());
+        let named =
+            report.measurements.iter().filter(|m| m.curve.role == role).map(|m| m.curve.name.as_str());
         named.collect::<Vec<_>>().join(", ")
     };
     let (fit, validation) = (names(Role::Fit), names(Role::Validation));
     html! {
-        h1 { (pretty(&report.title)) }
+        h1 { (pretty(&report.given.title)) }
         p.meta {
             "Fitted to " (fit)
             @if !validation.is_empty() { ", validated on " (validation) }
-            " · " (report.model) " · " (report.created)
+            " · " (report.given.model) " · " (report.given.created)
         }
         @if report.measurements.iter().any(|m| m.synthetic) {
             p.synthetic { "Synthetic data: computed, not measured" }
@@ -160,7 +161,7 @@ fn parameters(report: &FitReport) -> Markup {
                     }
                     td.name { (p.name) span.meaning { (meaning(&p.name)) } }
                 } }
-                @for f in &report.fixed { tr {
+                @for f in &report.given.fixed { tr {
                     td.symbol { (pretty(&f.symbol)) }
                     td.number { (set(f.value, 4)) }
                     td { (pretty(&f.unit)) }
@@ -230,11 +231,11 @@ fn derived(report: &FitReport) -> Markup {
 
 fn nuisances(report: &FitReport) -> Markup {
     html! {
-        @if !report.nuisances.is_empty() {
+        @if !report.given.nuisances.is_empty() {
             h2 { "Zeros that were fitted" }
             table {
                 thead { tr { th { "" } th.number { "higher by" } th { "unit" } th { "95 % interval" } } }
-                tbody { @for n in &report.nuisances { tr {
+                tbody { @for n in &report.given.nuisances { tr {
                     td { (n.name) }
                     td.number { (set(n.value, 3)) }
                     td { (n.unit) }
@@ -293,11 +294,11 @@ fn curves(report: &FitReport) -> Markup {
         }
         p.caption {
             "Points: measured"
-            @if report.measurements.iter().any(|m| !m.specimens.is_empty()) { "; thin lines: every specimen" }
-            @if report.measurements.iter().any(|m| m.spread_mn.is_some()) { "; band: ± one standard deviation between specimens" }
+            @if report.measurements.iter().any(|m| !m.curve.specimens.is_empty()) { "; thin lines: every specimen" }
+            @if report.measurements.iter().any(|m| m.curve.spread_mn.is_some()) { "; band: ± one standard deviation between specimens" }
             "; line: model. "
             @for m in &report.measurements {
-                (m.name) @if m.role == Role::Fit { " was fitted" } @else { " is predicted" } ". "
+                (m.curve.name) @if m.curve.role == Role::Fit { " was fitted" } @else { " is predicted" } ". "
             }
         }
     }
@@ -313,11 +314,11 @@ fn characteristic_numbers(report: &FitReport) -> Markup {
                 th.number { "rms difference (mN)" }
             } }
             tbody { @for m in &report.measurements { tr {
-                td { b { (m.name) } @if m.role == Role::Fit { " (fit)" } @else { " (validation)" } }
+                td { b { (m.curve.name) } @if m.curve.role == Role::Fit { " (fit)" } @else { " (validation)" } }
                 td.number { (pair(m.peak_mn, 4)) }
                 td.number { (pair(m.end_mn, 3)) }
                 td.number { (pair(m.relaxation_percent, 3)) }
-                td.number { (set(m.chi_square, 4)) }
+                td.number { (set(m.curve.chi_square, 4)) }
                 td.number { (set(m.chi_square_per_point, 3)) }
                 td.number { (set(m.rms_mn, 2)) }
             } } }
@@ -346,7 +347,7 @@ fn residuals(report: &FitReport) -> Markup {
     html! {
         h2 { "Residuals" }
         div.pair { @for figure in figures::residuals(report) { (PreEscaped(figure)) } }
-        @if report.measurements.iter().any(|m| !m.sigma_mn.is_empty()) {
+        @if report.measurements.iter().any(|m| !m.curve.sigma_mn.is_empty()) {
             p.caption { "In units of each point's standard deviation; the grey band holds 95 % of white noise." }
         }
     }
@@ -365,7 +366,7 @@ fn correlation(report: &FitReport) -> Markup {
 }
 
 fn course(report: &FitReport) -> Markup {
-    let (fit, runs) = (&report.fit, &report.runs);
+    let (fit, runs) = (&report.fit, &report.given.runs);
     html! {
         h2 { "Course of the fit" }
         p { b { (pretty(&fit.stop_text)) } }
@@ -398,15 +399,15 @@ fn origin(report: &FitReport) -> Markup {
         h2 { "Origin" }
         table { tbody {
             @for m in &report.measurements { tr {
-                td { b { (m.name) } }
-                td { span.mono { (m.file) } }
-                td { (m.provenance.as_deref().unwrap_or("the file does not say where its data come from")) }
+                td { b { (m.curve.name) } }
+                td { span.mono { (m.curve.file) } }
+                td { (m.curve.provenance.as_deref().unwrap_or("the file does not say where its data come from")) }
             } }
         } }
-        p.mono { (report.command) }
-        @if !report.settings.is_empty() {
+        p.mono { (report.given.command) }
+        @if !report.given.settings.is_empty() {
             details { summary { "Settings" }
-                table { tbody { @for s in &report.settings { tr { td.name { (s.name) } td { (pretty(&s.value)) } } } } }
+                table { tbody { @for s in &report.given.settings { tr { td.name { (s.name) } td { (pretty(&s.value)) } } } } }
             }
         }
         p.caption { "Schema " (report.schema) ". Wall time " (set(runs_wall(report), 3)) " s." }
@@ -414,7 +415,7 @@ fn origin(report: &FitReport) -> Markup {
 }
 
 fn runs_wall(report: &FitReport) -> f64 {
-    report.runs.wall_time_s
+    report.given.runs.wall_time_s
 }
 
 /// A number for print: real minus sign, powers of ten raised.

@@ -17,7 +17,7 @@ mod posterior;
 mod table;
 mod verdict;
 
-pub use assembly::{Assembly, MeasuredCurve};
+pub use assembly::Assembly;
 pub use csv::{curves_csv, parameters_csv};
 pub use fit_report::*;
 pub use glossary::glossary;

@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 /// The report as plain text.
 pub fn table(report: &FitReport) -> String {
-    let mut out = format!("{}\n{}\n\n", report.title, "=".repeat(report.title.chars().count()));
+    let mut out = format!("{}\n{}\n\n", report.given.title, "=".repeat(report.given.title.chars().count()));
     paragraph(&mut out, "", &report.verdict.headline);
     section(&mut out, "Not determined", &report.verdict.undetermined);
     section(&mut out, "Mind", &report.verdict.warnings);
@@ -30,6 +30,7 @@ pub fn table(report: &FitReport) -> String {
         .collect();
     columns(&mut out, ["derived", "value", "95 % interval", "known to", "formula"], &derived);
     let nuisances: Vec<Vec<String>> = report
+        .given
         .nuisances
         .iter()
         .map(|n| {
@@ -44,12 +45,16 @@ pub fn table(report: &FitReport) -> String {
         .measurements
         .iter()
         .map(|m| {
-            let role = if m.role == Role::Fit { "fit" } else { "validation" };
+            let role = if m.curve.role == Role::Fit { "fit" } else { "validation" };
             vec![
-                format!("{} ({role})", m.name),
+                format!("{} ({role})", m.curve.name),
                 format!("{} mN", pair(m.peak_mn, 4)),
                 format!("{} %", pair(m.relaxation_percent, 3)),
-                format!("{} ({})", significant(m.chi_square, 4), significant(m.chi_square_per_point, 3)),
+                format!(
+                    "{} ({})",
+                    significant(m.curve.chi_square, 4),
+                    significant(m.chi_square_per_point, 3)
+                ),
                 format!("{} mN", significant(m.rms_mn, 2)),
             ]
         })
@@ -80,7 +85,7 @@ pub fn table(report: &FitReport) -> String {
         out.push('\n');
         columns(&mut out, ["", "first loading and hold", "everything", "better by"], &rows);
     }
-    let (fit, runs) = (&report.fit, &report.runs);
+    let (fit, runs) = (&report.fit, &report.given.runs);
     let _ = writeln!(
         out,
         "\n{}\n{} iterations, {} runs, {} from the cache, {} failed; {:.2} runs at a time; {:.1} s",

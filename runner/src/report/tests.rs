@@ -52,12 +52,15 @@ fn report() -> FitReport {
         evaluate: Box::new(|v: &Values| Some(0.5 * v.get("material.mu")? * v.get("material.alpha")?)),
     }];
     Assembly {
-        title: "Identification of a test".to_owned(),
-        created: "2026-01-01T00:00:00Z".to_owned(),
-        command: "runner identify data/P2.csv".to_owned(),
-        model: "test".to_owned(),
+        given: Given {
+            title: "Identification of a test".to_owned(),
+            created: "2026-01-01T00:00:00Z".to_owned(),
+            command: "runner identify data/P2.csv".to_owned(),
+            model: "test".to_owned(),
+            runs: RunStatistics { runs: 40, cache_hits: 3, failed: 1, ..RunStatistics::default() },
+            ..Given::default()
+        },
         unknowns: &unknowns,
-        fixed: vec![],
         fit: &fit,
         statistics: Statistics::new(&unknowns, &fit, &[120]).unwrap(),
         stretches: &[120],
@@ -67,11 +70,6 @@ fn report() -> FitReport {
         complete: &|_| {},
         first_holds: vec![],
         curves: vec![fitted, curve("P1", Role::Validation, 11.0)],
-        runs: RunStatistics { runs: 40, cache_hits: 3, failed: 1, ..RunStatistics::default() },
-        starts: vec![],
-        assumptions: vec![],
-        nuisances: vec![],
-        settings: vec![],
     }
     .build()
     .unwrap()
@@ -84,7 +82,7 @@ fn characteristic_numbers_and_chi_square() {
     assert!((p2.chi_square_per_point - 1.0).abs() < 1e-12);
     assert!((p2.rms_mn - SIGMA).abs() < 1e-12);
     let end = 0.4 + 0.6 * f64::exp(-(-0.1 + 0.05 * 119.0) / 2.0);
-    let peak = p2.model_mn.iter().copied().fold(0.0, f64::max);
+    let peak = p2.curve.model_mn.iter().copied().fold(0.0, f64::max);
     assert!((p2.relaxation_percent.model - 100.0 * (1.0 - 12.0 * end / peak)).abs() < 1e-9);
     assert_eq!(report.ratios.len(), 1);
     assert_eq!(report.ratios[0].name, "peak P2 / peak P1");
@@ -178,12 +176,8 @@ fn curves_of_different_length_are_refused() {
     let unknowns = positive(&[("g", 1.0, [0.1, 10.0])]);
     let fit = fit_of(&unknowns, DMatrix::zeros(3, 1), DVector::zeros(3), 1.0);
     let assembly = Assembly {
-        title: String::new(),
-        created: String::new(),
-        command: String::new(),
-        model: String::new(),
+        given: Given::default(),
         unknowns: &unknowns,
-        fixed: vec![],
         fit: &fit,
         statistics: Statistics::new(&unknowns, &fit, &[]).unwrap(),
         stretches: &[],
@@ -193,11 +187,6 @@ fn curves_of_different_length_are_refused() {
         complete: &|_| {},
         first_holds: vec![],
         curves: vec![broken],
-        runs: RunStatistics::default(),
-        starts: vec![],
-        assumptions: vec![],
-        nuisances: vec![],
-        settings: vec![],
     };
     assert!(assembly.build().is_err());
 }

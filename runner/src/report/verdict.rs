@@ -77,9 +77,9 @@ fn agreement(report: &FitReport) -> String {
 }
 
 fn fitted_rms(report: &FitReport) -> f64 {
-    let fitted = report.measurements.iter().filter(|m| m.role == Role::Fit);
+    let fitted = report.measurements.iter().filter(|m| m.curve.role == Role::Fit);
     let (sum, count) = fitted.fold((0.0, 0.0), |(s, c), m| {
-        let n = m.time_s.len() as f64;
+        let n = m.curve.time_s.len() as f64;
         (s + m.rms_mn * m.rms_mn * n, c + n)
     });
     f64::sqrt(sum / f64::max(count, 1.0))
@@ -92,7 +92,7 @@ fn warnings(report: &FitReport) -> Vec<String> {
     let fit = &report.fit;
     let mut warnings = vec![];
     let synthetic: Vec<&str> =
-        report.measurements.iter().filter(|m| m.synthetic).map(|m| m.name.as_str()).collect();
+        report.measurements.iter().filter(|m| m.synthetic).map(|m| m.curve.name.as_str()).collect();
     if !synthetic.is_empty() {
         warnings.push(format!("{}: these data are synthetic, not measured.", list(&synthetic)));
     }
@@ -133,15 +133,16 @@ fn warnings(report: &FitReport) -> Vec<String> {
         ));
     }
     warnings.extend(competing_minima(report));
-    if report.runs.failed > 0 {
-        warnings.push(format!("{} of {} simulations failed.", report.runs.failed, report.runs.runs));
+    if report.given.runs.failed > 0 {
+        warnings
+            .push(format!("{} of {} simulations failed.", report.given.runs.failed, report.given.runs.runs));
     }
     warnings
 }
 
 /// Other starts that ended elsewhere at a chi^2 that the data cannot tell from the best.
 fn competing_minima(report: &FitReport) -> Option<String> {
-    let ended: Vec<f64> = report.starts.iter().filter_map(|s| s.chi_square).collect();
+    let ended: Vec<f64> = report.given.starts.iter().filter_map(|s| s.chi_square).collect();
     let best = ended.iter().copied().fold(f64::INFINITY, f64::min);
     if ended.len() < 2 {
         return None;

@@ -154,10 +154,12 @@ impl FitAnswer {
         }
         let branches = in_order_of_time(&mut values, words);
         values.shrink_to_fit();
-        let fitted = || self.measurements.iter().filter(|m| m.role == Role::Fit);
-        let points: usize = fitted().map(|m| m.time_s.len()).sum();
-        let square: f64 = fitted().map(|m| m.rms_mn.powi(2) * m.time_s.len() as f64).sum();
-        let curve = |m: &MeasurementResult| few(&m.name, &m.time_s, &m.measured_mn, &m.model_mn);
+        let fitted = || self.measurements.iter().filter(|m| m.curve.role == Role::Fit);
+        let points: usize = fitted().map(|m| m.curve.time_s.len()).sum();
+        let square: f64 = fitted().map(|m| m.rms_mn.powi(2) * m.curve.time_s.len() as f64).sum();
+        let curve = |m: &MeasurementResult| {
+            few(&m.curve.name, &m.curve.time_s, &m.curve.measured_mn, &m.curve.model_mn)
+        };
         Fit {
             values,
             branches,

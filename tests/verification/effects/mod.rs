@@ -13,7 +13,8 @@ use poropunch::cosimulation::{Slave, SlaveState};
 use poropunch::effect::{CATALOGUE, Course, Variant};
 use poropunch::parameters::MeshKind;
 use poropunch::variables::{Kind, Settings, Value, by_name};
-use poropunch::{Instance, Model, Outputs, ParameterError, Parameters, Snapshot};
+use poropunch::{Instance, Model, Outputs, ParameterError, Parameters};
+use tests::{check_restored, ramp_and_hold};
 
 /// Gap at the start (m), loading rate of P2 (m/s), depth (m).
 const GAP: f64 = 1e-4;
@@ -51,22 +52,7 @@ fn curve(parameters: &Parameters) -> Vec<Outputs> {
 
 fn curve_at(parameters: &Parameters, times: &[f64]) -> Vec<Outputs> {
     let mut instance = Instance::new(&Model::new(parameters.clone()).unwrap(), -GAP).unwrap();
-    let mut go = |time: f64| {
-        instance.set_displacement(position(time));
-        instance.advance(time - instance.time()).unwrap();
-        instance.outputs()
-    };
-    let mut held = false;
-    let mut results = Vec::new();
-    for &time in times {
-        if time > RAMP && !held {
-            go(RAMP);
-            held = true;
-        }
-        results.push(go(time));
-        held |= time == RAMP;
-    }
-    results
+    ramp_and_hold(&mut instance, RAMP, position, times)
 }
 
 /// Results while the punch leaves, which alone adhesion changes.
@@ -209,25 +195,8 @@ fn communication_steps_do_not_matter() {
 #[test]
 fn restored_runs_are_bit_identical() {
     let model = Model::new(parameters(&everything())).unwrap();
-    let mut first = Instance::new(&model, -GAP).unwrap();
-    let mut second = Instance::new(&model, -GAP).unwrap();
-    first.set_displacement(3e-4);
-    first.advance(0.25).unwrap();
-    let snapshot: Snapshot = first.save();
-    let run = |instance: &mut Instance| -> Vec<u64> {
-        instance.restore(&snapshot).unwrap();
-        let mut bits = Vec::new();
-        for k in 0..20 {
-            instance.set_displacement(3e-4 + 1e-5 * f64::from(k.min(10)));
-            instance.advance(0.007).unwrap();
-            let o = instance.outputs();
-            bits.extend([o.force, o.force_specimen, o.force_fluid, o.stored_energy].map(f64::to_bits));
-        }
-        bits
-    };
-    let reference = run(&mut first);
-    assert_eq!(reference, run(&mut first));
-    assert_eq!(reference, run(&mut second));
+    let outputs = |o: &Outputs| vec![o.force, o.force_specimen, o.force_fluid, o.stored_energy];
+    let snapshot = check_restored(&model, [-GAP, -GAP], outputs);
     let mut plain = Instance::new(&Model::new(parameters(&[])).unwrap(), -GAP).unwrap();
     assert_eq!(plain.restore(&snapshot), Err(ParameterError::ForeignSnapshot));
 }

@@ -47,7 +47,7 @@ impl Record {
     pub fn of(m: &Measurement) -> Option<Self> {
         let cycle = cycles(m).ok()?.into_iter().next()?;
         let path = protocol_of(m).ok()?.points().to_vec();
-        let (start, peak, end) = (cycle.ramp_start_s, cycle.ramp_end_s, cycle.hold_end_s);
+        let (start, peak, end) = (cycle.times.ramp_start_s, cycle.times.ramp_end_s, cycle.times.hold_end_s);
         let first = m.time_s.partition_point(|t| *t <= start);
         let last = m.time_s.partition_point(|t| *t <= end);
         let top = m.time_s.partition_point(|t| *t <= peak).clamp(first, last);
