@@ -1,12 +1,14 @@
-//! How residual, history and fluid force change with the material's parameters.
+//! How residual, history and fluid force change with the material's parameters and, where lists are so long, with the
+//! magnitudes of effects.
 
 use super::Body;
 use super::assembly::{Inadmissible, Stage};
 use super::group::{ElementLoop, Group};
 use super::kernel::Point;
 use super::shape::POINTS;
+use crate::law::point::add;
 use crate::law::sensitivity::{ConvergedStep, SpatialGradient};
-use crate::law::{MaterialParameter, PointMaterial, Voigt};
+use crate::law::{Magnitude, MaterialParameter, PointMaterial, Voigt};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
 use crate::number::{Lanes, PACKET, Packet, Real, closure, each};
 use pulp::Simd;
@@ -25,9 +27,9 @@ pub struct HistorySensitivity {
 }
 
 impl HistorySensitivity {
-    /// The undeformed state does not depend on any parameter.
-    pub fn undeformed(elements: usize, branches: usize) -> Self {
-        let each = elements.div_ceil(PACKET) * POINTS * MaterialParameter::count(branches);
+    /// The undeformed state does not depend on any of so many parameters.
+    pub fn undeformed(elements: usize, branches: usize, parameters: usize) -> Self {
+        let each = elements.div_ceil(PACKET) * POINTS * parameters;
         Self {
             jacobian: vec![Packet::default(); each],
             cv_inverse: vec![[Packet::default(); 4]; each * branches],
@@ -123,7 +125,8 @@ impl ElementLoop for ResidualSensitivity<'_> {
         let Self { body: Body { geometry, map, material }, stage: Stage { x, old: history, dt }, old, loads } =
             self;
         let branches = material.branches();
-        let count = MaterialParameter::count(branches);
+        let (count, of_material) = (loads.len() / x.len(), MaterialParameter::count(branches));
+        let with_magnitudes = count > of_material;
         let zero = group.splat(0.0);
         let mut own_loads = vec![[zero; UNKNOWNS]; count];
         let mut stress = vec![[zero; 4]; count];
@@ -144,13 +147,29 @@ impl ElementLoop for ResidualSensitivity<'_> {
                 group.load_tensor(&old.cv_inverse[(at + parameter) * branches + branch])
             });
             material.stress_sensitivity(step, changes, &mut stress)?;
-            if let Some(softening) = &material.softening {
+            if with_magnitudes || material.softening.is_some() {
                 let undamaged = material.elasticity(&point.f, step.history, *dt)?.kirchhoff_stress;
-                let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
-                let past = *history.past_strain.get(k)?;
-                softening.differentiate(&point.f, (past, changes, *dt), &undamaged, &mut stress)?;
+                if with_magnitudes {
+                    material.add_stress_by_magnitude(step, &undamaged, &mut stress[of_material..])?;
+                }
+                if let Some(softening) = &material.softening {
+                    let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
+                    let past = *history.past_strain.get(k)?;
+                    softening.differentiate(&point.f, (past, changes, *dt), &undamaged, &mut stress)?;
+                    if with_magnitudes {
+                        for (magnitude, change) in softening.by_magnitude(&point.f, (past, *dt))? {
+                            let tau = &mut stress[of_material + magnitude.index()];
+                            add(tau, &each(&undamaged, closure!(|tau: Lanes<S>| tau * change)));
+                        }
+                    }
+                }
             }
             mobility_sensitivity(material, point.jacobian, &mut mobility);
+            if with_magnitudes {
+                for (magnitude, change) in material.mobility_by_magnitude(point.jacobian) {
+                    mobility[of_material + magnitude.index()] = change;
+                }
+            }
             let w = place.measure;
             let g = point.grad_p;
             for (parameter, own) in own_loads.iter_mut().enumerate() {
@@ -170,16 +189,21 @@ impl ElementLoop for ResidualSensitivity<'_> {
         for place in &places.volumetric {
             let place = place.load(load);
             let point = Point::at(&place, &x_e)?;
-            let [by_lambda, by_n0s] = material.volumetric.sensitivity(point.jacobian);
-            for (parameter, tau) in
-                [(MaterialParameter::LambdaStar, by_lambda), (MaterialParameter::SolidFraction, by_n0s)]
-            {
-                let own = &mut own_loads[parameter.index()];
+            let mut add = closure!(|parameter: usize, tau: Lanes<S>| {
+                let own = &mut own_loads[parameter];
                 let pressure = place.measure * tau;
                 for a in 0..NODES {
                     let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
                     own[2 * a] += pressure * (gr + h);
                     own[2 * a + 1] += pressure * gz;
+                }
+            });
+            let [by_lambda, by_n0s] = material.volumetric.sensitivity(point.jacobian);
+            add(MaterialParameter::LambdaStar.index(), by_lambda);
+            add(MaterialParameter::SolidFraction.index(), by_n0s);
+            if with_magnitudes {
+                for (magnitude, tau) in material.volumetric_by_magnitude(point.jacobian) {
+                    add(of_material + magnitude.index(), tau);
                 }
             }
         }
@@ -206,7 +230,7 @@ impl ElementLoop for UpdateSensitivity<'_> {
         let Self { body: Body { geometry, map, material }, stage, reach, changes, old, new } = self;
         let Stage { x, old: history, dt } = **stage;
         let branches = material.branches();
-        let count = MaterialParameter::count(branches);
+        let (count, of_material) = (changes.len() / x.len(), MaterialParameter::count(branches));
         let zero = group.splat(0.0);
         let mut own_changes = vec![[zero; UNKNOWNS]; count];
         let mut gradients = vec![SpatialGradient { plane: [[zero; 2]; 2], hoop: zero }; count];
@@ -235,6 +259,16 @@ impl ElementLoop for UpdateSensitivity<'_> {
                 group.store_tensor(tensor, into);
             });
             material.history_sensitivity(step, *reach, &gradients, changes, updated)?;
+            if count > of_material {
+                let parameter = of_material + Magnitude::InverseStress.index();
+                let change = closure!(|branch: usize, tensor: Voigt<Lanes<S>>| {
+                    let into = &mut new.cv_inverse[(at + parameter) * branches + branch];
+                    let mut sum = group.load_tensor(into);
+                    add(&mut sum, &tensor);
+                    group.store_tensor(sum, into);
+                });
+                material.history_by_inverse_stress(step, *reach, change)?;
+            }
             if let Some(softening) = &material.softening {
                 let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
                 let past = (*history.past_strain.get(k)?, changes);

@@ -29,8 +29,8 @@ pub struct Arguments {
     /// Where to write: PATH.csv and PATH.svg [default: the protocol's name]
     #[arg(long, short, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// Outputs to record beside the force, e.g. stored_energy or sensitivity.force (derivatives by every
-    /// material parameter); all but the derivatives with `all`
+    /// Outputs to record beside the force, e.g. stored_energy or sensitivity.force.material (derivatives
+    /// by every material parameter) and sensitivity.force.effect (by the magnitudes of effects); all but the derivatives with `all`
     #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "force_solid,force_fluid")]
     record: Vec<String>,
     /// Complete cycles of P1 or P2, with unloading and rests; without it, the first cycle to the end of the hold
@@ -124,8 +124,8 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let settings = arguments.run.engine.settings(engine.wiring())?;
     let mut parameters = settings_from(engine.wiring(), &settings)?;
     parameters.extend(arguments.fields.parameters());
-    if engine.wiring().outputs.iter().any(|p| p.name.starts_with(sensitivities::PREFIX)) {
-        parameters.entry(sensitivities::SWITCH.to_owned()).or_insert(1.0);
+    for switch in sensitivities::switches(engine.wiring().outputs.iter().map(|p| p.name.as_str())) {
+        parameters.entry(switch.to_owned()).or_insert(1.0);
     }
     let assumptions = assumed::of(&engine, &parameters, &[]);
     let assumed = assumed::say_before(&assumptions);
