@@ -5,10 +5,10 @@ use super::Body;
 use super::assembly::{Inadmissible, Stage};
 use super::group::{ElementLoop, Group};
 use super::kernel::Point;
+use super::magnitudes::{HistoryByInverseStress, LoadsByMagnitude};
 use super::shape::POINTS;
-use crate::law::point::add;
 use crate::law::sensitivity::{ConvergedStep, SpatialGradient};
-use crate::law::{Magnitude, MaterialParameter, PointMaterial, Voigt};
+use crate::law::{MaterialParameter, PointMaterial, Voigt};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
 use crate::number::{Lanes, PACKET, Packet, Real, closure, each};
 use pulp::Simd;
@@ -61,7 +61,13 @@ impl Body<'_> {
         loads: &mut [f64],
     ) -> Result<(), Inadmissible> {
         loads.fill(0.0);
-        ResidualSensitivity { body: self, stage, old, loads }.run(self.geometry.elements.len())
+        let elements = self.geometry.elements.len();
+        ResidualSensitivity { body: self, stage, old, loads }.run(elements)?;
+        let of_material = MaterialParameter::count(self.material.branches()) * stage.x.len();
+        match &mut loads[of_material..] {
+            [] => Ok(()),
+            loads => LoadsByMagnitude { body: self, stage, loads }.run(elements),
+        }
     }
 
     /// Change of the history over a converged stage; `changes` are those of the unknowns, parameter by parameter.
@@ -76,7 +82,14 @@ impl Body<'_> {
         old: &HistorySensitivity,
         new: &mut HistorySensitivity,
     ) -> Result<(), Inadmissible> {
-        UpdateSensitivity { body: self, stage, reach, changes, old, new }.run(self.geometry.elements.len())
+        let elements = self.geometry.elements.len();
+        UpdateSensitivity { body: self, stage, reach, changes, old, new }.run(elements)?;
+        let parameters = changes.len() / stage.x.len();
+        if parameters == MaterialParameter::count(self.material.branches()) || self.material.flows_linearly()
+        {
+            return Ok(());
+        }
+        HistoryByInverseStress { body: self, stage, reach, parameters, new }.run(elements)
     }
 
     /// Change of the fluid force on the punch (N per unit), parameter by parameter; `closed` tells which of the
@@ -125,8 +138,7 @@ impl ElementLoop for ResidualSensitivity<'_> {
         let Self { body: Body { geometry, map, material }, stage: Stage { x, old: history, dt }, old, loads } =
             self;
         let branches = material.branches();
-        let (count, of_material) = (loads.len() / x.len(), MaterialParameter::count(branches));
-        let with_magnitudes = count > of_material;
+        let count = loads.len() / x.len();
         let zero = group.splat(0.0);
         let mut own_loads = vec![[zero; UNKNOWNS]; count];
         let mut stress = vec![[zero; 4]; count];
@@ -147,38 +159,17 @@ impl ElementLoop for ResidualSensitivity<'_> {
                 group.load_tensor(&old.cv_inverse[(at + parameter) * branches + branch])
             });
             material.stress_sensitivity(step, changes, &mut stress)?;
-            if with_magnitudes || material.softening.is_some() {
+            if let Some(softening) = &material.softening {
                 let undamaged = material.elasticity(&point.f, step.history, *dt)?.kirchhoff_stress;
-                if with_magnitudes {
-                    material.add_stress_by_magnitude(step, &undamaged, &mut stress[of_material..])?;
-                }
-                if let Some(softening) = &material.softening {
-                    let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
-                    let past = *history.past_strain.get(k)?;
-                    softening.differentiate(&point.f, (past, changes, *dt), &undamaged, &mut stress)?;
-                    if with_magnitudes {
-                        for (magnitude, change) in softening.by_magnitude(&point.f, (past, *dt))? {
-                            let tau = &mut stress[of_material + magnitude.index()];
-                            add(tau, &each(&undamaged, closure!(|tau: Lanes<S>| tau * change)));
-                        }
-                    }
-                }
+                let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
+                let past = *history.past_strain.get(k)?;
+                softening.differentiate(&point.f, (past, changes, *dt), &undamaged, &mut stress)?;
             }
             mobility_sensitivity(material, point.jacobian, &mut mobility);
-            if with_magnitudes {
-                for (magnitude, change) in material.mobility_by_magnitude(point.jacobian) {
-                    mobility[of_material + magnitude.index()] = change;
-                }
-            }
             let w = place.measure;
             let g = point.grad_p;
             for (parameter, own) in own_loads.iter_mut().enumerate() {
-                let tau = each(&stress[parameter], closure!(|tau: Lanes<S>| tau * w));
-                for a in 0..NODES {
-                    let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-                    own[2 * a] = gr.mul_add(tau[0], gz.mul_add(tau[3], h.mul_add(tau[2], own[2 * a])));
-                    own[2 * a + 1] = gr.mul_add(tau[3], gz.mul_add(tau[1], own[2 * a + 1]));
-                }
+                add_stress(&point, &each(&stress[parameter], closure!(|tau: Lanes<S>| tau * w)), own);
                 let (flow, growth) = (w * mobility[parameter] * *dt, w * load(&old.jacobian[at + parameter]));
                 for m in 0..CORNERS {
                     let gm = point.pressure_gradient[m];
@@ -189,22 +180,11 @@ impl ElementLoop for ResidualSensitivity<'_> {
         for place in &places.volumetric {
             let place = place.load(load);
             let point = Point::at(&place, &x_e)?;
-            let mut add = closure!(|parameter: usize, tau: Lanes<S>| {
-                let own = &mut own_loads[parameter];
-                let pressure = place.measure * tau;
-                for a in 0..NODES {
-                    let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-                    own[2 * a] += pressure * (gr + h);
-                    own[2 * a + 1] += pressure * gz;
-                }
-            });
             let [by_lambda, by_n0s] = material.volumetric.sensitivity(point.jacobian);
-            add(MaterialParameter::LambdaStar.index(), by_lambda);
-            add(MaterialParameter::SolidFraction.index(), by_n0s);
-            if with_magnitudes {
-                for (magnitude, tau) in material.volumetric_by_magnitude(point.jacobian) {
-                    add(of_material + magnitude.index(), tau);
-                }
+            for (parameter, tau) in
+                [(MaterialParameter::LambdaStar, by_lambda), (MaterialParameter::SolidFraction, by_n0s)]
+            {
+                add_pressure(&point, place.measure * tau, &mut own_loads[parameter.index()]);
             }
         }
         for (own, total) in own_loads.iter().zip(loads.chunks_exact_mut(x.len())) {
@@ -230,7 +210,7 @@ impl ElementLoop for UpdateSensitivity<'_> {
         let Self { body: Body { geometry, map, material }, stage, reach, changes, old, new } = self;
         let Stage { x, old: history, dt } = **stage;
         let branches = material.branches();
-        let (count, of_material) = (changes.len() / x.len(), MaterialParameter::count(branches));
+        let count = changes.len() / x.len();
         let zero = group.splat(0.0);
         let mut own_changes = vec![[zero; UNKNOWNS]; count];
         let mut gradients = vec![SpatialGradient { plane: [[zero; 2]; 2], hoop: zero }; count];
@@ -259,16 +239,6 @@ impl ElementLoop for UpdateSensitivity<'_> {
                 group.store_tensor(tensor, into);
             });
             material.history_sensitivity(step, *reach, &gradients, changes, updated)?;
-            if count > of_material {
-                let parameter = of_material + Magnitude::InverseStress.index();
-                let change = closure!(|branch: usize, tensor: Voigt<Lanes<S>>| {
-                    let into = &mut new.cv_inverse[(at + parameter) * branches + branch];
-                    let mut sum = group.load_tensor(into);
-                    add(&mut sum, &tensor);
-                    group.store_tensor(sum, into);
-                });
-                material.history_by_inverse_stress(step, *reach, change)?;
-            }
             if let Some(softening) = &material.softening {
                 let changes = closure!(|parameter: usize| load(&old.past_strain[at + parameter]));
                 let past = (*history.past_strain.get(k)?, changes);
@@ -284,6 +254,26 @@ impl ElementLoop for UpdateSensitivity<'_> {
             }
         }
         Some(())
+    }
+}
+
+/// Adds the nodal forces of a stress times the volume.
+#[inline(always)]
+pub(super) fn add_stress<T: Real>(point: &Point<T>, tau: &Voigt<T>, own: &mut [T; UNKNOWNS]) {
+    for a in 0..NODES {
+        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+        own[2 * a] = gr.mul_add(tau[0], gz.mul_add(tau[3], h.mul_add(tau[2], own[2 * a])));
+        own[2 * a + 1] = gr.mul_add(tau[3], gz.mul_add(tau[1], own[2 * a + 1]));
+    }
+}
+
+/// Adds those of an isotropic stress times the volume.
+#[inline(always)]
+pub(super) fn add_pressure<T: Real>(point: &Point<T>, pressure: T, own: &mut [T; UNKNOWNS]) {
+    for a in 0..NODES {
+        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+        own[2 * a] += pressure * (gr + h);
+        own[2 * a + 1] += pressure * gz;
     }
 }
 

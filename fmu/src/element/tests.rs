@@ -6,6 +6,7 @@ use super::field::Update;
 use super::geometry::Geometry;
 use super::group::Groups;
 use super::kernel::{ElementSystem, evaluate};
+use super::magnitudes::{HistoryByInverseStress, LoadsByMagnitude};
 use super::sensitivity::{HistorySensitivity, ResidualSensitivity, UpdateSensitivity};
 use super::shape::POINTS;
 use crate::law::extensions::Extensions;
@@ -141,6 +142,9 @@ impl WithSimd for Evaluate<'_> {
         let old = &case.changes;
         let work = &mut ResidualSensitivity { body, stage, old, loads: &mut loads };
         Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        let own = &mut loads[case.x.len() * MaterialParameter::count(2)..];
+        let work = &mut LoadsByMagnitude { body, stage, loads: own };
+        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
 
         let (mut sums, reach) = ([0.0; 4], 2.4);
         let mut new = case.history.clone();
@@ -149,6 +153,8 @@ impl WithSimd for Evaluate<'_> {
         let mut changed = case.changes.clone();
         let changes: Vec<f64> = (0..loads.len()).map(|k| 1e-5 * noise(k)).collect();
         let work = &mut UpdateSensitivity { body, stage, reach, changes: &changes, old, new: &mut changed };
+        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        let work = &mut HistoryByInverseStress { body, stage, reach, parameters: count, new: &mut changed };
         Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
 
         let mut history = new.jacobian;

@@ -45,6 +45,8 @@ impl Magnitude {
         Self::DriftRate,
         Self::Lag,
     ];
+    /// Number of the first, which the laws of the material depend on.
+    pub const OF_LAWS: usize = 6;
     /// Number of the first, which the force on the specimen depends on; the rest are the load cell's.
     pub const OF_SPECIMEN: usize = 10;
 
@@ -63,6 +65,7 @@ mod tests {
         for (index, magnitude) in Magnitude::ALL.into_iter().enumerate() {
             assert_eq!(magnitude.index(), index);
         }
+        assert_eq!(Magnitude::ShearCompliance.index(), Magnitude::OF_LAWS);
         assert_eq!(Magnitude::DriftRate.index(), Magnitude::OF_SPECIMEN);
     }
 }

@@ -146,6 +146,11 @@ impl PointMaterial {
         self.softening.as_ref().filter(|softening| softening.loss != 0.0)
     }
 
+    /// Whether all dashpots are linear.
+    pub fn flows_linearly(&self) -> bool {
+        self.branches.iter().all(Branch::is_linear)
+    }
+
     /// Initial solid volume fraction n0S [-].
     pub fn n0s(&self) -> f64 {
         self.n0s

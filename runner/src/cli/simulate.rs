@@ -29,8 +29,8 @@ pub struct Arguments {
     /// Where to write: PATH.csv and PATH.svg [default: the protocol's name]
     #[arg(long, short, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// Outputs to record beside the force, e.g. stored_energy or sensitivity.force.material (derivatives
-    /// by every material parameter) and sensitivity.force.effect (by the magnitudes of effects); all but the derivatives with `all`
+    /// Outputs to record beside the force, e.g. stored_energy or sensitivity.force (derivatives by every
+    /// material parameter); all but the derivatives with `all`
     #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "force_solid,force_fluid")]
     record: Vec<String>,
     /// Complete cycles of P1 or P2, with unloading and rests; without it, the first cycle to the end of the hold
