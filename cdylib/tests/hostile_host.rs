@@ -372,7 +372,10 @@ mod floating_point {
                 host.real("effect.adhesion.strength", 100.0);
                 host.real("effect.adhesion.opening", 1e-4);
             }
-            "sensitivities" => host.boolean("solver.sensitivities", 1),
+            "sensitivities" => {
+                host.boolean("solver.sensitivities", 1);
+                host.boolean("solver.effect_sensitivities", 1);
+            }
             "machine" => {
                 host.real("effect.compliance.per_newton", 1e-3);
                 host.real("effect.load_cell_lag.time", 0.1);

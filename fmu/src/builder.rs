@@ -18,11 +18,14 @@ impl Parameters {
                 growth_rate: effect.modulus_drift.rate,
                 inverse_stress: effect.eyring.inverse_stress,
                 permeability_exponent: effect.permeability.exponent,
-                softening: softening::EFFECT.acts(&effect).then_some(Softening {
-                    loss: effect.softening.loss,
-                    strain: effect.softening.strain,
-                    delay: effect.softening.delay,
-                }),
+                // To be differentiated by, it remembers the past strain before it acts.
+                softening: (softening::EFFECT.acts(&effect) || solver.effect_sensitivities).then_some(
+                    Softening {
+                        loss: effect.softening.loss,
+                        strain: effect.softening.strain,
+                        delay: effect.softening.delay,
+                    },
+                ),
             },
             adhesion: Adhesion { strength: effect.adhesion.strength, opening: effect.adhesion.opening },
             // The optimiser may divide before it asks whether the layer is there.
@@ -44,6 +47,7 @@ impl Parameters {
         LoadCellParameters {
             lag: effect.load_cell_lag.time,
             drift_rate: effect.load_cell_drift.rate,
+            differentiates_lag: self.solver.effect_sensitivities,
             reads_traction: effect.discretisation.traction,
         }
     }

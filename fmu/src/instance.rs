@@ -236,10 +236,19 @@ impl Instance {
 
     /// Derivatives of the force at the present time by the material's parameters, in the order of
     /// [`crate::law::MaterialParameter::index`]; empty before contact and unless
-    /// [`crate::solver::parameters::SolverParameters::sensitivities`] asks for them.
+    /// [`crate::solver::parameters::SolverParameters::sensitivities`] asks for them. Those by the magnitudes of effects,
+    /// [`crate::law::Magnitude::ALL`], follow where `effect_sensitivities` asks for them; the load cell drifts before contact, too.
     pub fn sensitivities(&self) -> Vec<ForceSensitivity> {
-        let state = &self.state;
-        state.path.as_ref().map(|path| path.sensitivities(state.time)).unwrap_or_default()
+        let (state, Parameters { solver, material, .. }) = (&self.state, self.model.parameters());
+        let path = state.path.as_ref();
+        let mut all = path.map(|path| path.sensitivities(state.time)).unwrap_or_default();
+        if solver.effect_sensitivities {
+            all.resize(solver.differentiated(material.branches.len()), ForceSensitivity::default());
+            let lag = path.map_or(0.0, |path| path.lag_derivative(state.time));
+            let read = |force| ForceSensitivity { force, ..ForceSensitivity::default() };
+            all.extend([read(state.time), read(lag)]);
+        }
+        all
     }
 
     /// Solver statistics since the start.

@@ -73,6 +73,10 @@ impl Parameters {
                 return Err(ParameterError::NotIn3d("boundary.partial_slip"));
             }
         }
+        if s.effect_sensitivities && !s.sensitivities {
+            let [switch, needed] = ["solver.effect_sensitivities", "solver.sensitivities = true"];
+            return Err(ParameterError::Contradiction(switch, needed));
+        }
         within("solver.tolerance", s.tolerance, 1e-9, 1.0)?;
         positive("solver.initial_increment", s.initial_increment)?;
         positive("solver.max_step", s.max_step)?;

@@ -66,11 +66,21 @@ pub const METRE_PER_PASCAL: Unit = unit("m/Pa", (-1, 2, 2), "mm/Pa", 1e3, 1e-6);
 pub const METRE_PER_NEWTON: Unit = unit("m/N", (-1, 0, 2), "mm/mN", 1.0, 1e-3);
 /// Rate of a force.
 pub const NEWTON_PER_SECOND: Unit = unit("N/s", (1, 1, -3), "mN/s", 1e3, 1e-5);
+/// Change of a force with a relative rate.
+pub const NEWTON_SECOND: Unit = unit("N s", (1, 1, -1), "mN s", 1e3, 1.0);
+/// Change of a force with the reciprocal of a stress.
+pub const NEWTON_PASCAL: Unit = unit("N Pa", (2, 0, -4), "mN kPa", 1.0, 1.0);
+/// Change of a force with a slip per traction.
+pub const NEWTON_PASCAL_PER_METRE: Unit = unit("N Pa/m", (2, -1, -4), "mN Pa/mm", 1.0, 1e4);
+/// Change of a force with a length.
+pub const NEWTON_PER_METRE: Unit = unit("N/m", (1, 0, -2), "mN/mm", 1.0, 10.0);
+/// Change of a force with a compliance.
+pub const SQUARE_NEWTON_PER_METRE: Unit = unit("N^2/m", (2, 1, -4), "mN^2/mm", 1e3, 0.1);
 /// Energy.
 pub const JOULE: Unit = unit("J", (1, 2, -2), "uJ", 1e6, 1e-5);
 
 /// Every unit that the variable table may use.
-pub const ALL: [&Unit; 20] = [
+pub const ALL: [&Unit; 25] = [
     &ONE,
     &RADIAN,
     &METRE,
@@ -89,6 +99,11 @@ pub const ALL: [&Unit; 20] = [
     &METRE_PER_PASCAL,
     &METRE_PER_NEWTON,
     &NEWTON_PER_SECOND,
+    &NEWTON_SECOND,
+    &NEWTON_PASCAL,
+    &NEWTON_PASCAL_PER_METRE,
+    &NEWTON_PER_METRE,
+    &SQUARE_NEWTON_PER_METRE,
     &WATT,
     &JOULE,
 ];

@@ -9,14 +9,15 @@ use crate::verification::sensitivities::value;
 use poropunch::contact::decision::Decision;
 use poropunch::contact::status::{Contact, Status};
 use poropunch::contact::surface::Touch;
-use poropunch::law::{MaterialParameter, Spring};
+use poropunch::effect::EffectParameters;
+use poropunch::law::{Magnitude, MaterialParameter, Spring};
 use poropunch::motion::path::Path;
 use poropunch::motion::protocol::Trapezoid;
 use poropunch::parameters::MeshPreset;
 use poropunch::solver::newton::NewtonFailure;
 use poropunch::specimen::step::{Found, Solved, Task};
 use poropunch::specimen::{Constants, Discretisation, Motion, Patience, Sample, State, Step, Stepper};
-use poropunch::{ForceSensitivity, Instance, Model, Parameters, Statistics};
+use poropunch::{ForceSensitivity, Instance, Model, Outputs, Parameters, Statistics};
 
 /// One step of a path, with everything that is needed to make it again.
 struct Recorded {
@@ -79,6 +80,66 @@ impl Discretisation for Recorder {
     }
 }
 
+/// What the force is differentiated by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum By {
+    Material(MaterialParameter),
+    Effect(Magnitude),
+}
+
+impl By {
+    /// All parameters of a material with so many branches.
+    fn material(branches: usize) -> Vec<Self> {
+        MaterialParameter::all(branches).map(Self::Material).collect()
+    }
+
+    /// Place among the derivatives of a material with so many branches.
+    fn place(self, branches: usize) -> usize {
+        match self {
+            Self::Material(parameter) => parameter.index(),
+            Self::Effect(magnitude) => MaterialParameter::count(branches) + magnitude.index(),
+        }
+    }
+
+    /// To how far on either side differences are taken.
+    fn step(self, parameters: &Parameters) -> f64 {
+        match self {
+            // What hardly matters has to move farther to stand out from rounding.
+            Self::Material(parameter) => {
+                let relative = if parameter == MaterialParameter::SolidFraction { 5e-2 } else { 3e-4 };
+                relative * *value(&mut parameters.material.clone(), parameter)
+            }
+            Self::Effect(magnitude) => magnitude_of(magnitude).1,
+        }
+    }
+
+    fn add(self, parameters: &mut Parameters, change: f64) {
+        match self {
+            Self::Material(parameter) => *value(&mut parameters.material, parameter) += change,
+            Self::Effect(magnitude) => *magnitude_of(magnitude).0(&mut parameters.effect) += change,
+        }
+    }
+}
+
+type Field = fn(&mut EffectParameters) -> &mut f64;
+
+/// Where a magnitude of the specimen is, and a small change of it.
+fn magnitude_of(magnitude: Magnitude) -> (Field, f64) {
+    match magnitude {
+        Magnitude::InverseStress => (|e| &mut e.eyring.inverse_stress, 1e-6),
+        Magnitude::PermeabilityExponent => (|e| &mut e.permeability.exponent, 1e-2),
+        Magnitude::Loss => (|e| &mut e.softening.loss, 1e-4),
+        Magnitude::LossStrain => (|e| &mut e.softening.strain, 5e-5),
+        Magnitude::GrowthRate => (|e| &mut e.modulus_drift.rate, 1e-7),
+        Magnitude::Amplitude => (|e| &mut e.amplitude.log_factor, 3e-4),
+        Magnitude::ShearCompliance => (|e| &mut e.slip.compliance, 3e-10),
+        Magnitude::AdhesiveStrength => (|e| &mut e.adhesion.strength, 3e-2),
+        Magnitude::SurfaceHeight => (|e| &mut e.offset.height, 1e-8),
+        Magnitude::MachineCompliance => (|e| &mut e.compliance.per_newton, 1e-6),
+        Magnitude::DriftRate | Magnitude::Lag => panic!("the specimen does not feel the load cell"),
+    }
+}
+
 /// A test: its parameters, protocol and the effects that act, by the names of their parameters.
 struct Case {
     trapezoid: Trapezoid,
@@ -95,9 +156,10 @@ impl Case {
     }
 
     /// The steps of the test's path from first touch.
-    fn record(&self) -> Vec<Recorded> {
+    fn record(&self, with_magnitudes: bool) -> Vec<Recorded> {
         let mut p = self.parameters();
         p.solver.sensitivities = true;
+        p.solver.effect_sensitivities = with_magnitudes;
         let sample = Sample::shared_under(&p.indenter, &p.geometry, &p.mesh).unwrap();
         let mut recorder = Recorder { stepper: Stepper::new(&p.setup(), sample), steps: Vec::new() };
         let protocol = self.trapezoid.protocol().unwrap();
@@ -118,6 +180,8 @@ impl Case {
     fn replay(&self, steps: &[Recorded], moved: &dyn Fn(&mut Parameters)) -> Vec<[f64; 2]> {
         let mut p = self.parameters();
         moved(&mut p);
+        // The punch goes where the recorded one went, but for how far the surface moved.
+        let shift = p.effect.offset.height - self.parameters().effect.offset.height;
         let sample = Sample::shared_under(&p.indenter, &p.geometry, &p.mesh).unwrap();
         let mut stepper = Stepper::new(&p.setup(), sample);
         let mut state = stepper.undeformed(steps[0].from_time);
@@ -126,7 +190,8 @@ impl Case {
             .map(|step| {
                 assert_eq!(state.time, step.from_time);
                 let Recorded { motion, dt, stages, .. } = step;
-                let made = stepper.replay(&state, *motion, *dt, stages, &mut Statistics::default());
+                let motion = Motion { start: motion.start + shift, ..*motion };
+                let made = stepper.replay(&state, motion, *dt, stages, &mut Statistics::default());
                 state = made.unwrap_or_else(|e| panic!("{:?}, {} s: {e}", self.settings, state.time)).state;
                 [state.outputs.force_specimen, state.outputs.force_fluid]
             })
@@ -135,31 +200,24 @@ impl Case {
 
     /// Derivatives of both forces by every parameter against central differences, as a part of each one's largest.
     fn check(&self, tolerance: f64) -> Vec<Recorded> {
-        let branches = self.parameters().material.branches.len();
-        self.check_some(&MaterialParameter::all(branches).collect::<Vec<_>>(), tolerance)
+        self.check_some(&By::material(self.parameters().material.branches.len()), tolerance)
     }
 
     /// The same by some of the parameters.
-    fn check_some(&self, parameters: &[MaterialParameter], tolerance: f64) -> Vec<Recorded> {
-        let steps = self.record();
-        for &parameter in parameters {
-            // What hardly matters has to move farther to stand out from rounding.
-            let relative = if parameter == MaterialParameter::SolidFraction { 5e-2 } else { 3e-4 };
-            let start = *value(&mut self.parameters().material, parameter);
-            let at = |part: f64| {
-                self.replay(&steps, &|p| *value(&mut p.material, parameter) = start * (1.0 + part))
-            };
-            let (up, down) = (at(relative), at(-relative));
+    fn check_some(&self, parameters: &[By], tolerance: f64) -> Vec<Recorded> {
+        let steps = self.record(parameters.iter().any(|by| matches!(by, By::Effect(_))));
+        for &by in parameters {
+            let place = by.place(self.parameters().material.branches.len());
+            let step = by.step(&self.parameters());
+            let at = |change: f64| self.replay(&steps, &|p| by.add(p, change));
+            let (up, down) = (at(step), at(-step));
             for part in 0..2 {
-                let slopes: Vec<f64> = up
-                    .iter()
-                    .zip(&down)
-                    .map(|(u, d)| (u[part] - d[part]) / (2.0 * relative * start))
-                    .collect();
+                let slopes: Vec<f64> =
+                    up.iter().zip(&down).map(|(u, d)| (u[part] - d[part]) / (2.0 * step)).collect();
                 let largest = slopes.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
-                assert!(largest > 0.0, "{parameter:?} does not matter");
+                assert!(largest > 0.0, "{by:?} does not matter");
                 let exact = |step: &Recorded| {
-                    let s = step.forces[parameter.index()];
+                    let s = step.forces[place];
                     [s.force, s.fluid][part]
                 };
                 let mut worst = (0.0, 0.0);
@@ -169,7 +227,7 @@ impl Case {
                 }
                 assert!(
                     worst.0 < tolerance,
-                    "{:?} {parameter:?} part {part}: {:.1e} of the largest at {} s",
+                    "{:?} {by:?} part {part}: {:.1e} of the largest at {} s",
                     self.settings,
                     worst.0,
                     worst.1
@@ -185,11 +243,11 @@ fn case(trapezoid: Trapezoid, cycles: i32, preset: MeshPreset, settings: &[(&'st
 }
 
 /// One parameter of each law.
-const ONE_OF_EACH: [MaterialParameter; 4] = [
-    MaterialParameter::LambdaStar,
-    MaterialParameter::Permeability,
-    MaterialParameter::Mu(Spring::Equilibrium),
-    MaterialParameter::Eta(1),
+const ONE_OF_EACH: [By; 4] = [
+    By::Material(MaterialParameter::LambdaStar),
+    By::Material(MaterialParameter::Permeability),
+    By::Material(MaterialParameter::Mu(Spring::Equilibrium)),
+    By::Material(MaterialParameter::Eta(1)),
 ];
 
 /// Goal: dF/dtheta and dF_fluid/dtheta are exact at the end of every step of two cycles of P2: ramp, hold, peeling, separation, second
@@ -211,17 +269,127 @@ fn two_cycles_by_all_parameters() {
     case(Trapezoid::p2(), 2, MeshPreset::Coarse, &[]).check(1e-4);
 }
 
+/// Magnitudes that change the force of the plain model in proportion.
+const FROM_NULL: [By; 6] = [
+    By::Effect(Magnitude::PermeabilityExponent),
+    By::Effect(Magnitude::Loss),
+    By::Effect(Magnitude::GrowthRate),
+    By::Effect(Magnitude::Amplitude),
+    By::Effect(Magnitude::SurfaceHeight),
+    By::Effect(Magnitude::MachineCompliance),
+];
+
+/// All effects of specimen, contact and machine that have a magnitude.
+const ACTING: [(&str, f64); 9] = [
+    ("effect.eyring.inverse_stress", 5e-3),
+    ("effect.permeability.exponent", 5.0),
+    ("effect.softening.loss", 0.3),
+    ("effect.modulus_drift.rate", 1e-3),
+    ("effect.amplitude.log_factor", 0.2),
+    ("effect.slip.compliance", 1e-6),
+    ("effect.adhesion.strength", 100.0),
+    ("effect.offset.height", 2e-5),
+    ("effect.compliance.per_newton", 2e-3),
+];
+
+/// All magnitudes but the load cell's.
+fn of_specimen() -> Vec<By> {
+    Magnitude::ALL[..Magnitude::OF_SPECIMEN].iter().copied().map(By::Effect).collect()
+}
+
+/// Goal: the derivatives by the magnitudes of effects are exact, too, where the effects do not act. Set-up, reference and
+/// tolerance as for two cycles. The force is an even function of Eyring's inverse stress: it has no slope at 0, and grows
+/// with the square, to 2 %.
+#[test]
+fn magnitudes_at_null() {
+    let case = case(Trapezoid::p2(), 2, MeshPreset::Coarse, &[]);
+    let steps = case.check_some(&FROM_NULL, 1e-4);
+    let by = By::Effect(Magnitude::InverseStress);
+    assert!(steps.iter().all(|step| step.forces[by.place(2)] == ForceSensitivity::default()));
+    let at = |inverse_stress: f64| case.replay(&steps, &|p| by.add(p, inverse_stress));
+    let (none, once, twice) = (at(0.0), at(1e-5), at(2e-5));
+    let change = |k: usize, curve: &[[f64; 2]]| curve[k][0] - none[k][0];
+    let largest =
+        (0..steps.len()).max_by(|&a, &b| change(a, &twice).abs().total_cmp(&change(b, &twice).abs()));
+    let ratio = change(largest.unwrap(), &twice) / change(largest.unwrap(), &once);
+    assert!((ratio - 4.0).abs() < 0.08, "{ratio}");
+}
+
+/// Goal, reference and tolerance as for two cycles, of all magnitudes while all effects act.
+#[test]
+fn magnitudes_while_all_effects_act() {
+    case(Trapezoid::p2(), 2, MeshPreset::Coarse, &ACTING).check_some(&of_specimen(), 1e-4);
+}
+
+/// The same of the strength of adhesion, where friction acts beside a part of the face that is bridged.
+#[test]
+fn strength_of_adhesion_with_friction() {
+    let settings =
+        [("effect.adhesion.strength", 100.0), ("boundary.friction", 0.3), ("indenter.profile", 2.0)];
+    let case = case(Trapezoid::p2(), 2, MeshPreset::Coarse, &settings);
+    let steps = case.check_some(&[By::Effect(Magnitude::AdhesiveStrength)], 1e-4);
+    let slides = |decision: &Decision| {
+        decision.corners().contains(&Status::Bridged)
+            && decision.corners().iter().any(|c| matches!(c, Status::PushedInwards | Status::PushedOutwards))
+    };
+    assert!(steps.iter().flat_map(Recorded::decisions).any(slides), "nothing slides");
+}
+
+/// The same in whole tests of six cycles: both protocols, coarse and standard mesh; where no effect acts, where those of the laws or of
+/// contact and machine do, softening with delay, adhesion under a flat punch and a sphere, friction alone. All effects together
+/// strain the element beside the edge of the standard mesh beyond its range: they act on the coarse one.
+#[test]
+#[ignore = "long: 280 runs of six cycles"]
+fn whole_tests_by_magnitudes() {
+    use Magnitude::{
+        AdhesiveStrength, Amplitude, GrowthRate, InverseStress, Loss, LossStrain, MachineCompliance,
+        PermeabilityExponent, ShearCompliance, SurfaceHeight,
+    };
+    let laws = [
+        ("effect.eyring.inverse_stress", 5e-3),
+        ("effect.permeability.exponent", 5.0),
+        ("effect.modulus_drift.rate", 1e-3),
+        ("effect.amplitude.log_factor", 0.3),
+        ("effect.offset.height", 2e-5),
+    ];
+    let machine = [("effect.compliance.per_newton", 2e-2), ("effect.slip.compliance", 1e-6)];
+    let softening = [("effect.softening.loss", 0.3), ("effect.softening.delay", 20.0)];
+    let adhesion = [("effect.adhesion.strength", 200.0)];
+    let sphere = [("indenter.profile", 2.0), ("effect.adhesion.strength", 100.0)];
+    let friction = [("boundary.friction", 0.3), ("boundary.partial_slip", 1.0)];
+    let by = |magnitudes: &[Magnitude]| magnitudes.iter().copied().map(By::Effect).collect::<Vec<_>>();
+    let cases: [(&[(&str, f64)], Vec<By>); 7] = [
+        (&[], FROM_NULL.to_vec()),
+        (&laws, by(&[InverseStress, PermeabilityExponent, GrowthRate, Amplitude, SurfaceHeight])),
+        (&machine, by(&[ShearCompliance, MachineCompliance])),
+        (&softening, by(&[Loss, LossStrain])),
+        (&adhesion, by(&[AdhesiveStrength, SurfaceHeight])),
+        (&sphere, by(&[AdhesiveStrength, SurfaceHeight, MachineCompliance])),
+        (&friction, by(&[AdhesiveStrength, SurfaceHeight])),
+    ];
+    for trapezoid in [Trapezoid::p2(), Trapezoid::p1()] {
+        case(trapezoid, 6, MeshPreset::Coarse, &ACTING).check_some(&of_specimen(), 1e-4);
+        for preset in [MeshPreset::Coarse, MeshPreset::Standard] {
+            for (settings, magnitudes) in &cases {
+                case(trapezoid, 6, preset, settings).check_some(magnitudes, 1e-4);
+            }
+        }
+    }
+}
+
 /// Goal, reference and tolerance as for two cycles, where a patch yields for a stage and sticks again. Set-up: three
 /// cycles of P2, a friction of 3, which holds more of what is pulled, one parameter of each law.
 #[test]
 fn a_patch_that_yields() {
-    let steps = case(Trapezoid::p2(), 3, MeshPreset::Coarse, &[("boundary.friction", 3.0)])
-        .check_some(&[MaterialParameter::Mu(Spring::Equilibrium), MaterialParameter::Eta(1)], 1e-4);
+    let steps = case(Trapezoid::p2(), 3, MeshPreset::Coarse, &[("boundary.friction", 3.0)]).check_some(
+        &[MaterialParameter::Mu(Spring::Equilibrium), MaterialParameter::Eta(1)].map(By::Material),
+        1e-4,
+    );
     assert!(steps.iter().any(Recorded::yields), "no patch yields");
 }
 
 /// Checks derivatives where friction of 0.3 alone holds the face; the face slips both ways under pressure and sticks anew.
-fn check_partial_slip(profile: f64, parameters: &[MaterialParameter]) {
+fn check_partial_slip(profile: f64, parameters: &[By]) {
     let settings =
         [("boundary.partial_slip", 1.0), ("boundary.friction", 0.3), ("indenter.profile", profile)];
     let steps = case(Trapezoid::p2(), 2, MeshPreset::Coarse, &settings).check_some(parameters, 1e-4);
@@ -236,7 +404,7 @@ fn check_partial_slip(profile: f64, parameters: &[MaterialParameter]) {
 /// one parameter of the skeleton.
 #[test]
 fn partial_slip() {
-    check_partial_slip(1.0, &[MaterialParameter::LambdaStar]);
+    check_partial_slip(1.0, &[By::Material(MaterialParameter::LambdaStar)]);
 }
 
 /// The same under a flat punch and a sphere, one parameter of each law.
@@ -302,13 +470,24 @@ fn reading_and_force_have_the_same_derivatives() {
     assert!(compared > 10_000);
 }
 
-/// Goal: computing sensitivities changes no force through contact changes. Tolerance: none, bit for bit.
+/// Goal: computing sensitivities changes no force through contact changes, without effects and with all. Tolerance: none, bit
+/// for bit.
 #[test]
 fn sensitivities_leave_the_forces_alone() {
-    let case = case(Trapezoid::p2(), 2, MeshPreset::Coarse, &[]);
-    let plain = tests::follow(&case.parameters(), &case.trapezoid.protocol().unwrap(), 12);
-    let mut with = case.parameters();
-    with.solver.sensitivities = true;
-    let with = tests::follow(&with, &case.trapezoid.protocol().unwrap(), 12);
-    assert!(plain.iter().zip(&with).all(|((_, a), (_, b))| a.force.to_bits() == b.force.to_bits()));
+    for settings in [&[][..], &ACTING] {
+        let case = case(Trapezoid::p2(), 2, MeshPreset::Coarse, settings);
+        let curve = |sensitivities, effect_sensitivities| {
+            let mut p = case.parameters();
+            (p.solver.sensitivities, p.solver.effect_sensitivities) = (sensitivities, effect_sensitivities);
+            tests::follow(&p, &case.trapezoid.protocol().unwrap(), 12)
+        };
+        let plain = curve(false, false);
+        for with in [curve(true, false), curve(true, true)] {
+            let same = |((_, a), (_, b)): (&(f64, Outputs), &(f64, Outputs))| {
+                a.force.to_bits() == b.force.to_bits()
+                    && a.stored_energy.to_bits() == b.stored_energy.to_bits()
+            };
+            assert!(plain.iter().zip(&with).all(same), "{settings:?}");
+        }
+    }
 }

@@ -44,7 +44,12 @@ impl Surface {
         if !self.adhesion.is_active() {
             return 0.0;
         }
-        self.adhesion.strength * self.area(node, contact, |(_, bridged)| bridged)
+        self.adhesion.strength * self.bridged_area(node, contact)
+    }
+
+    /// Area of a node on its sides that are open but bridged (m^2).
+    pub fn bridged_area(&self, node: usize, contact: &Contact) -> f64 {
+        self.area(node, contact, |(_, bridged)| bridged)
     }
 
     /// Adhesive force on a node from its sides that are in contact (N).
@@ -52,7 +57,12 @@ impl Surface {
         if !self.adhesion.is_active() {
             return 0.0;
         }
-        self.adhesion.strength * self.area(node, contact, |(intact, bridged)| intact && !bridged)
+        self.adhesion.strength * self.clinging_area(node, contact)
+    }
+
+    /// Area of a node on its sides that are in contact (m^2).
+    pub fn clinging_area(&self, node: usize, contact: &Contact) -> f64 {
+        self.area(node, contact, |(intact, bridged)| intact && !bridged)
     }
 
     /// Pull that adhesion bears on a node (N).
@@ -60,14 +70,29 @@ impl Surface {
         if !self.adhesion.is_active() {
             return 0.0;
         }
-        self.adhesion.strength * self.area(node, contact, |(intact, _)| intact)
+        self.adhesion.strength * self.bonded_area(node, contact)
+    }
+
+    /// Area of a node on its sides that are in contact or bridged (m^2).
+    fn bonded_area(&self, node: usize, contact: &Contact) -> f64 {
+        self.area(node, contact, |(intact, _)| intact)
     }
 
     /// Pull that adhesion bears against a corner's hat function (N).
     pub(super) fn strength(&self, corner: usize, contact: &Contact) -> f64 {
+        self.against_hat(corner, |node| self.bond_strength(node, contact))
+    }
+
+    /// Change of that by the strength (m^2).
+    pub(super) fn strength_area(&self, corner: usize, contact: &Contact) -> f64 {
+        self.against_hat(corner, |node| self.bonded_area(node, contact))
+    }
+
+    /// A quantity of the nodes against a corner's hat function.
+    fn against_hat(&self, corner: usize, of: impl Fn(usize) -> f64) -> f64 {
         let around = (2 * corner).saturating_sub(1)..=(2 * corner + 1).min(self.nodes.len() - 1);
         let weight = |node: usize| if node == 2 * corner { 1.0 } else { 0.5 };
-        around.map(|node| weight(node) * self.bond_strength(node, contact)).sum()
+        around.map(|node| weight(node) * of(node)).sum()
     }
 }
 

@@ -40,12 +40,13 @@ impl Surface {
 
     /// Changes of the friction of every corner, as [`Surface::follow`] sets it, by one parameter.
     ///
-    /// `solution` are unknowns and nodal forces, `change` their changes; `yielding` holds the changes so far.
+    /// `solution` are unknowns and nodal forces, `change` their changes and that of the strength of adhesion; `yielding` holds
+    /// the changes so far.
     pub fn differentiate_yield(
         &self,
         (before, now): (&Contact, &Contact),
         solution: (&[f64], &[f64]),
-        change: (&[f64], &[f64]),
+        change: (&[f64], &[f64], f64),
         yielding: &mut [f64],
     ) {
         for patch in self.patches() {
@@ -73,7 +74,7 @@ impl Surface {
         corner: usize,
         contact: &Contact,
         (x, forces): (&[f64], &[f64]),
-        (x_change, force_change): (&[f64], &[f64]),
+        (x_change, force_change, strength_change): (&[f64], &[f64], f64),
     ) -> [[f64; 2]; 2] {
         let (radial, pressure) = self.hat_reaction(corner, contact, forces);
         let (radial_change, pressure_change) = self.hat_reaction(corner, contact, force_change);
@@ -82,13 +83,15 @@ impl Surface {
         let slope_change = face.curvature * x_change[self.nodes()[2 * corner].radial];
         // The shear turns into the normal force as the face turns under the corner.
         let turn = slope_change / (length * length);
+        let strengthening =
+            if strength_change == 0.0 { 0.0 } else { strength_change * self.strength_area(corner, contact) };
         let shear = (radial - face.slope * pressure) / length;
         let normal = (pressure + face.slope * radial) / length;
         [
             [shear, normal + self.strength(corner, contact)],
             [
                 (radial_change - face.slope * pressure_change) / length - turn * normal,
-                (pressure_change + face.slope * radial_change) / length + turn * shear,
+                (pressure_change + face.slope * radial_change) / length + turn * shear + strengthening,
             ],
         ]
     }

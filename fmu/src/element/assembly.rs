@@ -141,20 +141,36 @@ impl Body<'_> {
         residual: &mut [f64],
         values: &mut [f64],
     ) {
-        let sheared = |(face, closed): &(&FacePoint, &bool)| **closed && face.is_under_punch();
-        for (face, _) in self.geometry.face.iter().zip(closed).filter(sheared) {
-            let (place, x_e) = (&face.geometry, self.map.gather(face.element, x));
-            let slip: f64 = (0..NODES).map(|a| place.n[a] * x_e[2 * a]).sum();
+        self.add_layer_forces((stiffness, closed), x, residual);
+        for face in self.layer_points(closed) {
+            let place = &face.geometry;
             let traction = stiffness * place.measure;
-            let unknowns = &self.map.unknowns[face.element];
             for a in 0..NODES {
-                residual[unknowns[2 * a] as usize] += traction * place.n[a] * slip;
                 for b in 0..NODES {
                     values[self.map.position(face.element, 2 * a, 2 * b)] +=
                         traction * place.n[a] * place.n[b];
                 }
             }
         }
+    }
+
+    /// The forces of that layer (N) alone.
+    pub fn add_layer_forces(&self, (stiffness, closed): (f64, &[bool]), x: &[f64], residual: &mut [f64]) {
+        for face in self.layer_points(closed) {
+            let (place, x_e) = (&face.geometry, self.map.gather(face.element, x));
+            let slip: f64 = (0..NODES).map(|a| place.n[a] * x_e[2 * a]).sum();
+            let traction = stiffness * place.measure;
+            let unknowns = &self.map.unknowns[face.element];
+            for a in 0..NODES {
+                residual[unknowns[2 * a] as usize] += traction * place.n[a] * slip;
+            }
+        }
+    }
+
+    /// The face's points where the layer is sheared: those in contact.
+    fn layer_points<'b>(&'b self, closed: &'b [bool]) -> impl Iterator<Item = &'b FacePoint> {
+        let sheared = |(face, closed): &(&FacePoint, &bool)| **closed && face.is_under_punch();
+        self.geometry.face.iter().zip(closed).filter(sheared).map(|(face, _)| face)
     }
 }
 

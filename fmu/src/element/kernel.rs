@@ -122,13 +122,13 @@ pub fn evaluate<G, T: Real>(
     *system = ElementSystem::filled(x[0].constant(0.0));
     let branches = material.branches();
     // Stress of a softening point does not have the direction of the strain that softens it.
-    let symmetric = material.softening.is_none();
+    let symmetric = material.weakening().is_none();
     for (k, place) in geometry.points.iter().enumerate() {
         let place = place.load(load);
         let point = Point::at(&place, x)?;
         let history = &old.cv_inverse[k * branches..(k + 1) * branches];
         let mut elasticity = material.elasticity(&point.f, history, dt)?;
-        if let Some(softening) = &material.softening {
+        if let Some(softening) = material.weakening() {
             softening.apply(&point.f, (*old.past_strain.get(k)?, dt), &mut elasticity)?;
         }
         let (w, j, p) = (place.measure, point.jacobian, point.pressure);

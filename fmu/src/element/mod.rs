@@ -6,6 +6,7 @@ pub mod geometry;
 mod group;
 pub mod history;
 pub mod kernel;
+mod magnitudes;
 pub mod sensitivity;
 pub mod shape;
 #[cfg(test)]

@@ -1,9 +1,11 @@
-//! How residual, history and fluid force change with the material's parameters.
+//! How residual, history and fluid force change with the material's parameters and, where lists are so long, with the
+//! magnitudes of effects.
 
 use super::Body;
 use super::assembly::{Inadmissible, Stage};
 use super::group::{ElementLoop, Group};
 use super::kernel::Point;
+use super::magnitudes::{HistoryByInverseStress, LoadsByMagnitude};
 use super::shape::POINTS;
 use crate::law::sensitivity::{ConvergedStep, SpatialGradient};
 use crate::law::{MaterialParameter, PointMaterial, Voigt};
@@ -25,9 +27,9 @@ pub struct HistorySensitivity {
 }
 
 impl HistorySensitivity {
-    /// The undeformed state does not depend on any parameter.
-    pub fn undeformed(elements: usize, branches: usize) -> Self {
-        let each = elements.div_ceil(PACKET) * POINTS * MaterialParameter::count(branches);
+    /// The undeformed state does not depend on any of so many parameters.
+    pub fn undeformed(elements: usize, branches: usize, parameters: usize) -> Self {
+        let each = elements.div_ceil(PACKET) * POINTS * parameters;
         Self {
             jacobian: vec![Packet::default(); each],
             cv_inverse: vec![[Packet::default(); 4]; each * branches],
@@ -59,7 +61,13 @@ impl Body<'_> {
         loads: &mut [f64],
     ) -> Result<(), Inadmissible> {
         loads.fill(0.0);
-        ResidualSensitivity { body: self, stage, old, loads }.run(self.geometry.elements.len())
+        let elements = self.geometry.elements.len();
+        ResidualSensitivity { body: self, stage, old, loads }.run(elements)?;
+        let of_material = MaterialParameter::count(self.material.branches()) * stage.x.len();
+        match &mut loads[of_material..] {
+            [] => Ok(()),
+            loads => LoadsByMagnitude { body: self, stage, loads }.run(elements),
+        }
     }
 
     /// Change of the history over a converged stage; `changes` are those of the unknowns, parameter by parameter.
@@ -74,7 +82,14 @@ impl Body<'_> {
         old: &HistorySensitivity,
         new: &mut HistorySensitivity,
     ) -> Result<(), Inadmissible> {
-        UpdateSensitivity { body: self, stage, reach, changes, old, new }.run(self.geometry.elements.len())
+        let elements = self.geometry.elements.len();
+        UpdateSensitivity { body: self, stage, reach, changes, old, new }.run(elements)?;
+        let parameters = changes.len() / stage.x.len();
+        if parameters == MaterialParameter::count(self.material.branches()) || self.material.flows_linearly()
+        {
+            return Ok(());
+        }
+        HistoryByInverseStress { body: self, stage, reach, parameters, new }.run(elements)
     }
 
     /// Change of the fluid force on the punch (N per unit), parameter by parameter; `closed` tells which of the
@@ -123,7 +138,7 @@ impl ElementLoop for ResidualSensitivity<'_> {
         let Self { body: Body { geometry, map, material }, stage: Stage { x, old: history, dt }, old, loads } =
             self;
         let branches = material.branches();
-        let count = MaterialParameter::count(branches);
+        let count = loads.len() / x.len();
         let zero = group.splat(0.0);
         let mut own_loads = vec![[zero; UNKNOWNS]; count];
         let mut stress = vec![[zero; 4]; count];
@@ -154,12 +169,7 @@ impl ElementLoop for ResidualSensitivity<'_> {
             let w = place.measure;
             let g = point.grad_p;
             for (parameter, own) in own_loads.iter_mut().enumerate() {
-                let tau = each(&stress[parameter], closure!(|tau: Lanes<S>| tau * w));
-                for a in 0..NODES {
-                    let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-                    own[2 * a] = gr.mul_add(tau[0], gz.mul_add(tau[3], h.mul_add(tau[2], own[2 * a])));
-                    own[2 * a + 1] = gr.mul_add(tau[3], gz.mul_add(tau[1], own[2 * a + 1]));
-                }
+                add_stress(&point, &each(&stress[parameter], closure!(|tau: Lanes<S>| tau * w)), own);
                 let (flow, growth) = (w * mobility[parameter] * *dt, w * load(&old.jacobian[at + parameter]));
                 for m in 0..CORNERS {
                     let gm = point.pressure_gradient[m];
@@ -174,13 +184,7 @@ impl ElementLoop for ResidualSensitivity<'_> {
             for (parameter, tau) in
                 [(MaterialParameter::LambdaStar, by_lambda), (MaterialParameter::SolidFraction, by_n0s)]
             {
-                let own = &mut own_loads[parameter.index()];
-                let pressure = place.measure * tau;
-                for a in 0..NODES {
-                    let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-                    own[2 * a] += pressure * (gr + h);
-                    own[2 * a + 1] += pressure * gz;
-                }
+                add_pressure(&point, place.measure * tau, &mut own_loads[parameter.index()]);
             }
         }
         for (own, total) in own_loads.iter().zip(loads.chunks_exact_mut(x.len())) {
@@ -206,7 +210,7 @@ impl ElementLoop for UpdateSensitivity<'_> {
         let Self { body: Body { geometry, map, material }, stage, reach, changes, old, new } = self;
         let Stage { x, old: history, dt } = **stage;
         let branches = material.branches();
-        let count = MaterialParameter::count(branches);
+        let count = changes.len() / x.len();
         let zero = group.splat(0.0);
         let mut own_changes = vec![[zero; UNKNOWNS]; count];
         let mut gradients = vec![SpatialGradient { plane: [[zero; 2]; 2], hoop: zero }; count];
@@ -250,6 +254,26 @@ impl ElementLoop for UpdateSensitivity<'_> {
             }
         }
         Some(())
+    }
+}
+
+/// Adds the nodal forces of a stress times the volume.
+#[inline(always)]
+pub(super) fn add_stress<T: Real>(point: &Point<T>, tau: &Voigt<T>, own: &mut [T; UNKNOWNS]) {
+    for a in 0..NODES {
+        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+        own[2 * a] = gr.mul_add(tau[0], gz.mul_add(tau[3], h.mul_add(tau[2], own[2 * a])));
+        own[2 * a + 1] = gr.mul_add(tau[3], gz.mul_add(tau[1], own[2 * a + 1]));
+    }
+}
+
+/// Adds those of an isotropic stress times the volume.
+#[inline(always)]
+pub(super) fn add_pressure<T: Real>(point: &Point<T>, pressure: T, own: &mut [T; UNKNOWNS]) {
+    for a in 0..NODES {
+        let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
+        own[2 * a] += pressure * (gr + h);
+        own[2 * a + 1] += pressure * gz;
     }
 }
 

@@ -6,12 +6,13 @@ use super::field::Update;
 use super::geometry::Geometry;
 use super::group::Groups;
 use super::kernel::{ElementSystem, evaluate};
+use super::magnitudes::{HistoryByInverseStress, LoadsByMagnitude};
 use super::sensitivity::{HistorySensitivity, ResidualSensitivity, UpdateSensitivity};
 use super::shape::POINTS;
 use crate::law::extensions::Extensions;
 use crate::law::parameters::MaterialParameters;
 use crate::law::softening::Softening;
-use crate::law::{MaterialParameter, PointMaterial};
+use crate::law::{Magnitude, MaterialParameter, PointMaterial};
 use crate::mesh::{Mesh, NODES};
 use crate::number::{Packet, on_every_machine};
 use pulp::{Simd, WithSimd};
@@ -19,6 +20,8 @@ use pulp::{Simd, WithSimd};
 /// One and a half packets, or nearly.
 const ELEMENTS: usize = 11;
 const DT: f64 = 0.02;
+/// Changes with the parameters of two branches and the magnitudes.
+const COUNT: usize = MaterialParameter::count(2) + Magnitude::OF_SPECIMEN;
 
 /// A number between -0.5 and 0.5.
 fn noise(k: usize) -> f64 {
@@ -54,14 +57,14 @@ impl Case {
         }
         history.jacobian.iter_mut().enumerate().for_each(|(k, j)| *j += 0.02 * noise(k));
         history.past_strain.iter_mut().enumerate().for_each(|(k, e)| *e = 0.1 + 0.2 * noise(k));
-        let mut changes = HistorySensitivity::undeformed(ELEMENTS, 2).remembering(softens);
+        let mut changes = HistorySensitivity::undeformed(ELEMENTS, 2, COUNT).remembering(softens);
         let fill = |(k, packet): (usize, &mut Packet)| {
             packet.0.iter_mut().enumerate().for_each(|(lane, v)| *v = noise(8 * k + lane));
         };
         changes.jacobian.iter_mut().enumerate().for_each(fill);
         changes.cv_inverse.as_flattened_mut().iter_mut().enumerate().for_each(fill);
         changes.past_strain.iter_mut().enumerate().for_each(fill);
-        let material = PointMaterial::extended(&MaterialParameters::default(), extensions, 0.0);
+        let material = PointMaterial::extended(&MaterialParameters::default(), extensions, 3.0);
         Self { geometry, map, material, x, is_pressure, history, changes }
     }
 
@@ -131,13 +134,16 @@ impl WithSimd for Evaluate<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let (case, body, stage) = (self.0, &self.0.body(), &self.0.stage());
-        let count = MaterialParameter::count(2);
+        let count = COUNT;
         let (mut residual, mut values) = (vec![0.0; case.x.len()], vec![0.0; case.map.pattern.rows.len()]);
         let work = &mut Assemble { body, stage, residual: &mut residual, values: &mut values };
         Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
         let mut loads = vec![0.0; case.x.len() * count];
         let old = &case.changes;
         let work = &mut ResidualSensitivity { body, stage, old, loads: &mut loads };
+        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        let own = &mut loads[case.x.len() * MaterialParameter::count(2)..];
+        let work = &mut LoadsByMagnitude { body, stage, loads: own };
         Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
 
         let (mut sums, reach) = ([0.0; 4], 2.4);
@@ -147,6 +153,8 @@ impl WithSimd for Evaluate<'_> {
         let mut changed = case.changes.clone();
         let changes: Vec<f64> = (0..loads.len()).map(|k| 1e-5 * noise(k)).collect();
         let work = &mut UpdateSensitivity { body, stage, reach, changes: &changes, old, new: &mut changed };
+        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        let work = &mut HistoryByInverseStress { body, stage, reach, parameters: count, new: &mut changed };
         Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
 
         let mut history = new.jacobian;
@@ -166,7 +174,7 @@ impl WithSimd for Evaluate<'_> {
 
 fn assert_close(values: &[f64], exact: &[f64], unit: impl Fn(usize) -> usize) {
     assert_eq!(values.len(), exact.len());
-    let mut largest = [0.0_f64; 32];
+    let mut largest = [0.0_f64; 2 * COUNT];
     exact.iter().enumerate().for_each(|(k, v)| largest[unit(k)] = largest[unit(k)].max(v.abs()));
     for (k, (value, exact)) in values.iter().zip(exact).enumerate() {
         let error = (value - exact).abs();

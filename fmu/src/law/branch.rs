@@ -64,10 +64,16 @@ impl Branch {
         }
     }
 
+    /// Whether its dashpot is linear.
+    #[inline(always)]
+    pub fn is_linear(&self) -> bool {
+        self.eyring == 0.0
+    }
+
     /// Eyring flow over `dt`, where the dashpot is not linear.
     #[inline(always)]
     fn eyring(&self, dt: f64) -> Option<eyring::EyringFlow> {
-        (self.eyring != 0.0).then(|| eyring::EyringFlow { k: self.fluidity(dt), c: self.eyring })
+        (!self.is_linear()).then(|| eyring::EyringFlow { k: self.fluidity(dt), c: self.eyring })
     }
 
     /// `dt / (2 eta)` (1/Pa).
@@ -179,6 +185,17 @@ impl Branch {
             *total = sum(total, &explicit);
         }
         BranchSensitivity { strain_slope, strain, stress }
+    }
+
+    /// Changes of an update's strain (Pa) and stress (Pa^2) by the inverse stress of Eyring flow at fixed trial strain; a linear
+    /// dashpot has none, since `sinh(x) / x` is even.
+    #[inline(always)]
+    pub fn by_inverse_stress<T: Real>(&self, relaxed: &Relaxed<T>, dt: f64) -> [[T; 3]; 2] {
+        let powers = &relaxed.powers;
+        let Some(flow) = self.eyring(dt) else { return [each(powers, closure!(|p: T| p.constant(0.0))); 2] };
+        let factor = std::f64::consts::FRAC_1_SQRT_2 / self.scale;
+        let strain = each(&flow.by_stress_factor(&self.spring, powers), closure!(|e: T| e * factor));
+        [strain, apply(&self.spring.tangent(powers), &strain)]
     }
 
     /// Dissipation rate `sum beta^2 / (2 eta)` (W/m^3) (Eq. 13), times `sinh(x) / x` of Eyring flow.

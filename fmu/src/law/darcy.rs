@@ -41,6 +41,12 @@ impl Darcy {
         (mobility * factor, slope * factor + mobility * by_j)
     }
 
+    /// Derivative of the referential mobility by the exponent.
+    #[inline(always)]
+    pub fn by_exponent<T: Real>(&self, j: T) -> T {
+        self.referential_mobility(j).0 * ((j - self.n0s) * (1.0 / (1.0 - self.n0s))).ln()
+    }
+
     /// Derivatives of the referential mobility by K0, mu_FR and n0S.
     #[inline(always)]
     pub fn sensitivity<T: Real>(&self, j: T) -> [T; 3] {

@@ -169,6 +169,16 @@ impl EyringFlow {
         Linearised { inverse, slope: product(&inverse, &bow), drive: scaled(&beta, decline) }
     }
 
+    /// Change of the strain by `c` (Pa) at fixed trial strain, from the powers of the elastic stretches:
+    /// `-inverse (k/c) (1 - tanh(x)/x) beta`.
+    #[inline(always)]
+    pub fn by_stress_factor<T: Real>(&self, spring: &Ogden, powers: &[T; 3]) -> [T; 3] {
+        let beta = spring.stress(powers);
+        let x = square(&beta).sqrt() * self.c;
+        let inverse = self.linearise(spring, powers).inverse;
+        apply(&inverse, &scaled(&beta, Hyperbolic::of(x).decline_lost(x) * (-self.k / self.c)))
+    }
+
     /// Factor on the rate of flow of the linear dashpot.
     #[inline(always)]
     pub fn acceleration<T: Real>(&self, beta: &[T; 3]) -> T {
@@ -201,6 +211,17 @@ impl<T: Real> Hyperbolic<T> {
         let (small, large) = (x.constant(SMALL), x.constant(LARGE));
         let phi = small.where_greater(x, series, (up - down) * 0.5 / x.max(small));
         Self { phi, cosh, decline: x.where_greater(large, x.max(large).recip(), phi / cosh) }
+    }
+
+    /// `1 - tanh(x) / x`, to rounding.
+    #[inline(always)]
+    fn decline_lost(&self, x: T) -> T {
+        /// Below, the difference loses digits.
+        const SMALL: f64 = 0.1;
+        let square = x * x;
+        let series = (square * (1382.0 / 155_925.0) - 62.0 / 2835.0) * square + 17.0 / 315.0;
+        let series = ((series * square - 2.0 / 15.0) * square + 1.0 / 3.0) * square;
+        x.constant(SMALL).where_greater(x, series, -self.decline + 1.0)
     }
 }
 

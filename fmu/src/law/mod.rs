@@ -8,8 +8,10 @@
 
 pub mod branch;
 pub mod darcy;
+pub mod extension_sensitivity;
 pub mod extensions;
 pub mod eyring;
+pub mod magnitude;
 pub mod ogden;
 pub mod parameter;
 pub mod parameters;
@@ -20,6 +22,7 @@ pub mod softening;
 pub mod spectral;
 pub mod volumetric;
 
+pub use magnitude::Magnitude;
 pub use parameter::{MaterialParameter, Spring};
 pub use point::{Elasticity, PointMaterial};
 

@@ -95,6 +95,8 @@ pub struct PointMaterial {
     /// Softening with past strain, where it acts; the caller knows the past and applies it.
     pub softening: Option<Softening>,
     n0s: f64,
+    /// Time since the test's start (s).
+    time: f64,
 }
 
 impl PointMaterial {
@@ -121,6 +123,7 @@ impl PointMaterial {
             ),
             softening,
             n0s: p.n0s,
+            time,
         }
     }
 
@@ -130,6 +133,22 @@ impl PointMaterial {
 
     pub(super) fn branch_laws(&self) -> &[Branch] {
         &self.branches
+    }
+
+    /// Time since the test's start that it is made for (s).
+    pub(super) fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Softening that takes anything from the stress; one that takes nothing is there to be differentiated by.
+    #[inline(always)]
+    pub fn weakening(&self) -> Option<&Softening> {
+        self.softening.as_ref().filter(|softening| softening.loss != 0.0)
+    }
+
+    /// Whether all dashpots are linear.
+    pub fn flows_linearly(&self) -> bool {
+        self.branches.iter().all(Branch::is_linear)
     }
 
     /// Initial solid volume fraction n0S [-].
@@ -223,7 +242,7 @@ impl PointMaterial {
 }
 
 #[inline(always)]
-pub(super) fn add<T: Real>(into: &mut Voigt<T>, v: &Voigt<T>) {
+pub(crate) fn add<T: Real>(into: &mut Voigt<T>, v: &Voigt<T>) {
     for (a, b) in into.iter_mut().zip(v) {
         *a += *b;
     }

@@ -11,6 +11,7 @@
 //! error of second order.
 
 use super::Voigt;
+use super::magnitude::Magnitude;
 use super::point::{DeformationGradient, Elasticity};
 use super::sensitivity::SpatialGradient;
 use super::spectral::{Spectral, deviator};
@@ -124,6 +125,19 @@ impl Softening {
         Some(())
     }
 
+    /// Derivatives of the factor on stresses at fixed past strain by D and e_0; `past` as in [`Self::apply`].
+    #[inline(always)]
+    pub(crate) fn by_magnitude<T: Real>(
+        &self,
+        f: &DeformationGradient<T>,
+        (past, dt): (T, f64),
+    ) -> Option<[(Magnitude, T); 2]> {
+        let past = moved(past, strain(f)?.0, self.followed(dt));
+        let decay = (past * (-1.0 / self.strain)).exp();
+        let by_strain = past * decay * (self.loss / (self.strain * self.strain));
+        Some([(Magnitude::Loss, decay - 1.0), (Magnitude::LossStrain, by_strain)])
+    }
+
     /// Changes of the continued past strain over a converged stage from those before it and of the displacement, by
     /// parameter.
     #[inline(always)]
@@ -180,6 +194,25 @@ mod tests {
         approx::assert_relative_eq!(strain(&f).unwrap().0, e, max_relative = 1e-12);
         let f = DeformationGradient { plane: [[1.0, 1e-4], [0.0, 1.0]], hoop: 1.0 };
         approx::assert_relative_eq!(strain(&f).unwrap().0, 1e-4 / 3.0_f64.sqrt(), max_relative = 1e-6);
+    }
+
+    /// Derivatives of the factor by loss and strain against central differences, also where nothing is lost.
+    #[test]
+    fn the_factor_changes_with_loss_and_strain() {
+        let f = DeformationGradient { plane: [[1.1, 0.2], [-0.1, 0.85]], hoop: 1.07 };
+        let (dt, h) = (1e-3, 1e-5);
+        for (loss, past) in [(0.4, 0.0), (0.4, 0.5), (0.0, 0.0)] {
+            let law = |loss, strain| Softening { loss, strain, delay: 2e-3 };
+            let factor = |law: Softening| law.factor(law.remember(&f, past, (dt, 1.0)).unwrap().strain);
+            let exact = law(loss, 0.1).by_magnitude(&f, (past, dt)).unwrap();
+            let slopes = [
+                (factor(law(loss + h, 0.1)) - factor(law(loss - h, 0.1))) / (2.0 * h),
+                (factor(law(loss, 0.1 + h)) - factor(law(loss, 0.1 - h))) / (2.0 * h),
+            ];
+            for ((_, exact), slope) in exact.into_iter().zip(slopes) {
+                approx::assert_relative_eq!(exact, slope, max_relative = 1e-7, epsilon = 1e-9);
+            }
+        }
     }
 
     /// Stress and tangent against central differences along a velocity gradient, both while strained beyond

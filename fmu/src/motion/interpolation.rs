@@ -115,16 +115,23 @@ impl Path {
         sum
     }
 
+    /// Derivative of the reading by the load cell's time constant at a time the path has reached (N/s); 0 unless it is computed.
+    ///
+    /// A short lag shifts the force by itself: at none the derivative is minus the force's rate just before.
+    pub fn lag_derivative(&self, time: f64) -> f64 {
+        if self.cell.is_immediate() {
+            let rates = self.weight_rates(&self.nodes, time);
+            return -rates.iter().zip(self.felt()).map(|(rate, force)| rate * force).sum::<f64>();
+        }
+        let derivative = self.cell.read_lag_derivative(time, &self.felt(), |t| self.weights(&self.nodes, t));
+        derivative.unwrap_or_default()
+    }
+
     /// Lagrange weights in the square root of the time since `origin`, in which both
     /// linear growth and seepage (square root of time) are polynomials; two nodes give a line in time.
     fn weights(&self, nodes: &[Node], time: f64) -> Vec<f64> {
-        let root = nodes.len() > 2;
-        let s = |t: f64| {
-            let since = t - self.origin;
-            if root { (since + self.first_step).max(0.0).sqrt() } else { since }
-        };
-        let x = s(time);
-        let known: Vec<f64> = nodes.iter().map(|n| s(n.time)).collect();
+        let x = self.abscissa(nodes, time);
+        let known: Vec<f64> = nodes.iter().map(|n| self.abscissa(nodes, n.time)).collect();
         known
             .iter()
             .enumerate()
@@ -133,5 +140,28 @@ impl Path {
                 others.map(|(_, b)| (x - b) / (a - b)).product()
             })
             .collect()
+    }
+
+    /// Rates of these weights (1/s).
+    fn weight_rates(&self, nodes: &[Node], time: f64) -> Vec<f64> {
+        let x = self.abscissa(nodes, time);
+        let rate = if nodes.len() > 2 { 0.5 / x.max(f64::EPSILON) } else { 1.0 };
+        let known: Vec<f64> = nodes.iter().map(|n| self.abscissa(nodes, n.time)).collect();
+        let others = |i: usize| known.iter().enumerate().filter(move |(j, _)| *j != i);
+        // The product rule: one factor after the other.
+        let slope = |(i, a): (usize, &f64)| {
+            let but = |k: usize| {
+                let rest = others(i).filter(move |(j, _)| *j != k);
+                rest.map(|(_, b)| (x - b) / (a - b)).product::<f64>()
+            };
+            rate * others(i).map(|(k, b)| but(k) / (a - b)).sum::<f64>()
+        };
+        known.iter().enumerate().map(slope).collect()
+    }
+
+    /// What the weights are polynomials in.
+    fn abscissa(&self, nodes: &[Node], time: f64) -> f64 {
+        let since = time - self.origin;
+        if nodes.len() > 2 { (since + self.first_step).max(0.0).sqrt() } else { since }
     }
 }

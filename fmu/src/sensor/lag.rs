@@ -22,22 +22,49 @@ pub(super) fn response(
     (from, to): (f64, f64),
     lagrange: impl Fn(f64) -> Vec<f64>,
 ) -> (f64, Vec<f64>) {
+    let kernel = |weight: f64, age: f64| weight * (-age / time_constant).exp() / time_constant;
+    let factors = convolve((time_constant, 1.0), (from, to), lagrange, kernel);
+    ((-(to - from).max(0.0) / time_constant).exp(), factors)
+}
+
+/// Derivatives of these factors by the time constant (1/s).
+pub(super) fn response_slope(
+    time_constant: f64,
+    (from, to): (f64, f64),
+    lagrange: impl Fn(f64) -> Vec<f64>,
+) -> (f64, Vec<f64>) {
+    let rate = 1.0 / time_constant;
+    let kernel = |weight: f64, age: f64| weight * (-age * rate).exp() * rate * rate * (age * rate - 1.0);
+    // The rule needs shorter panels for a kernel that turns.
+    let factors = convolve((time_constant, 2.0), (from, to), lagrange, kernel);
+    let age = (to - from).max(0.0) * rate;
+    ((-age).exp() * age * rate, factors)
+}
+
+/// Integrals of a kernel that decays with the time constant over the past back to `from`, times the weights `lagrange`;
+/// `kernel` takes the weight of an age and the age; so many `panels` a time constant.
+fn convolve(
+    (time_constant, panels): (f64, f64),
+    (from, to): (f64, f64),
+    lagrange: impl Fn(f64) -> Vec<f64>,
+    kernel: impl Fn(f64, f64) -> f64,
+) -> Vec<f64> {
     let length = (to - from).max(0.0);
     let memory = length.min(MEMORY * time_constant);
-    let panels = (memory / time_constant).ceil().max(1.0);
+    let panels = (panels * (memory / time_constant)).ceil().max(1.0);
     let width = memory / panels;
     let mut factors = lagrange(to);
     factors.fill(0.0);
     for panel in 0..panels as usize {
         for (x, weight) in RULE {
             let age = width * (panel as f64 + 0.5 + 0.5 * x);
-            let kernel = 0.5 * width * weight * (-age / time_constant).exp() / time_constant;
+            let kernel = kernel(0.5 * width * weight, age);
             for (factor, value) in factors.iter_mut().zip(lagrange(to - age)) {
                 *factor += kernel * value;
             }
         }
     }
-    ((-length / time_constant).exp(), factors)
+    factors
 }
 
 #[cfg(test)]
@@ -55,6 +82,24 @@ mod tests {
             let (_, first) = response(time_constant, (0.0, 0.4 * end), lagrange);
             let (decay, second) = response(time_constant, (0.4 * end, end), lagrange);
             assert!((decay * first[1] + second[1] - closed).abs() < 1e-12 * end);
+        }
+    }
+
+    /// The same ramp's `dy/dT = (1 + t / T) exp(-t / T) - 1`, also in two parts.
+    #[test]
+    fn changes_with_the_time_constant() {
+        let lagrange = |t: f64| vec![1.0 - t, t];
+        for (time_constant, end) in [(0.3_f64, 0.1), (0.3, 2.0), (1e-3, 5.0), (1e3, 0.5)] {
+            let age = end / time_constant;
+            let closed = (-age).exp_m1() + age * (-age).exp();
+            let middle = 0.4 * end;
+            let (_, reading) = response(time_constant, (0.0, middle), lagrange);
+            let (_, by_constant) = response_slope(time_constant, (0.0, middle), lagrange);
+            let (decay, _) = response(time_constant, (middle, end), lagrange);
+            let (slope, whole) = response_slope(time_constant, (middle, end), lagrange);
+            let sum = decay * by_constant[1] + slope * reading[1] + whole[1];
+            // Values of the ramp over the time constant cancel.
+            assert!((sum - closed).abs() < 1e-13 * (1.0 + age), "{sum} {closed}");
         }
     }
 }

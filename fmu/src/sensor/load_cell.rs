@@ -13,6 +13,8 @@ pub struct LoadCellParameters {
     pub drift_rate: f64,
     /// Whether the traction integral is read instead of the nodal force.
     pub reads_traction: bool,
+    /// Whether the derivative of the reading by the time constant is computed.
+    pub differentiates_lag: bool,
 }
 
 impl LoadCellParameters {
@@ -34,13 +36,16 @@ pub struct LoadCell {
     /// Reading (N), and its derivatives where they are computed.
     reading: f64,
     derivatives: Vec<f64>,
+    /// Derivative of the reading by the time constant (N/s), where it is computed.
+    by_lag: Option<f64>,
 }
 
 impl LoadCell {
     /// A cell at rest at `time` (s).
     pub fn at_rest(parameters: &LoadCellParameters, time: f64) -> Self {
         let LoadCellParameters { lag, reads_traction: traction, .. } = *parameters;
-        Self { lag, traction, time, reading: 0.0, derivatives: Vec::new() }
+        let by_lag = parameters.differentiates_lag.then_some(0.0);
+        Self { lag, traction, time, reading: 0.0, derivatives: Vec::new(), by_lag }
     }
 
     /// Whether it reads the force of the same moment.
@@ -81,6 +86,20 @@ impl LoadCell {
             .collect()
     }
 
+    /// Derivative of the reading at `time` by the time constant (N/s), where it is computed; for a cell with a lag.
+    pub fn read_lag_derivative(
+        &self,
+        time: f64,
+        values: &[f64],
+        lagrange: impl Fn(f64) -> Vec<f64>,
+    ) -> Option<f64> {
+        let before = self.by_lag?;
+        let kept = (-(time - self.time).max(0.0) / self.lag).exp();
+        let (slope, factors) = lag::response_slope(self.lag, (self.time, time), lagrange);
+        let new: f64 = factors.iter().zip(values).map(|(f, v)| f * v).sum();
+        Some(kept * before + slope * self.reading + new)
+    }
+
     /// Moves the state on to `time`.
     pub fn follow(
         &mut self,
@@ -93,6 +112,7 @@ impl LoadCell {
             return;
         }
         let reading = self.read(time, values, &lagrange);
+        self.by_lag = self.read_lag_derivative(time, values, &lagrange);
         self.derivatives = self.read_derivatives(time, nodes, &lagrange);
         (self.reading, self.time) = (reading, time);
     }

@@ -1,5 +1,6 @@
 //! Time stepping and Newton iteration.
 
+use crate::law::{Magnitude, MaterialParameter};
 use serde::{Deserialize, Serialize};
 
 /// Integration scheme in time.
@@ -39,6 +40,16 @@ pub struct SolverParameters {
     pub newton_tolerance: f64,
     /// Whether the derivatives of the force by the material's parameters are computed along.
     pub sensitivities: bool,
+    /// Whether those by the magnitudes of effects are computed, too.
+    pub effect_sensitivities: bool,
+}
+
+impl SolverParameters {
+    /// How many parameters of a specimen of so many branches its force is differentiated by.
+    pub fn differentiated(&self, branches: usize) -> usize {
+        let magnitudes = if self.effect_sensitivities { Magnitude::OF_SPECIMEN } else { 0 };
+        if self.sensitivities { MaterialParameter::count(branches) + magnitudes } else { 0 }
+    }
 }
 
 impl Default for SolverParameters {
@@ -51,6 +62,7 @@ impl Default for SolverParameters {
             max_step: 1e6,
             newton_tolerance: 1e-9,
             sensitivities: false,
+            effect_sensitivities: false,
         }
     }
 }

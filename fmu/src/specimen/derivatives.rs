@@ -1,4 +1,5 @@
-//! Forward sensitivities: how the force changes with every parameter of the material.
+//! Forward sensitivities: how the force changes with every parameter of the material and, where they are asked for, with the
+//! magnitudes of effects.
 //!
 //! Direct differentiation of a converged stage `R(x, h(theta), c(theta), theta) = 0`, h its history and c what the
 //! contact remembers: `K dx = -(dR/dh dh + dR/dc dc + dR/dtheta)`. The tangent is that of the last Newton
@@ -12,13 +13,14 @@ use crate::contact::conditions::Condition;
 use crate::contact::status::Contact;
 use crate::element::Stage;
 use crate::element::sensitivity::HistorySensitivity;
-use crate::law::MaterialParameter;
+use crate::law::Magnitude;
 use crate::machine::UnitMotion;
 use crate::outputs::{ForceSensitivity, Statistics};
 use crate::solver::newton::NewtonFailure;
 use serde::{Deserialize, Serialize};
 
-/// Changes of a state by every parameter, in the order of [`MaterialParameter::index`].
+/// Changes of a state by every parameter: the material's in the order of [`crate::law::MaterialParameter::index`], then the
+/// first [`Magnitude::OF_SPECIMEN`] magnitudes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivity {
     /// Of the history.
@@ -39,11 +41,10 @@ pub struct ContactSensitivity {
 }
 
 impl Sensitivity {
-    /// The undeformed state under so many nodes of the surface does not depend on any parameter.
-    pub fn undeformed(elements: usize, branches: usize, nodes: usize) -> Self {
-        let parameters = MaterialParameter::count(branches);
+    /// The undeformed state under so many nodes of the surface does not depend on any of the parameters.
+    pub fn undeformed(elements: usize, branches: usize, nodes: usize, parameters: usize) -> Self {
         Self {
-            history: HistorySensitivity::undeformed(elements, branches),
+            history: HistorySensitivity::undeformed(elements, branches, parameters),
             contact: ContactSensitivity {
                 held: vec![0.0; nodes * parameters],
                 yielding: vec![0.0; nodes.div_ceil(2) * parameters],
@@ -92,16 +93,21 @@ impl Stepper {
         statistics: &mut Statistics,
     ) -> Result<Changes, NewtonFailure> {
         let (x, unknowns) = (at.stage.x, at.stage.x.len());
-        let parameters = MaterialParameter::count(self.material.branches());
-        let mut loads = vec![0.0; parameters * unknowns];
+        let (places, mut loads) = (self.places(), vec![0.0; self.parameters * unknowns]);
         self.sample.body(&self.material).residual_sensitivity(&at.stage, at.history, &mut loads)?;
         let reaction = |load: &[f64]| -self.conditions.punch.iter().map(|&u| load[u]).sum::<f64>();
         let mut force: Vec<f64> = loads.chunks_exact(unknowns).map(reaction).collect();
+        if let Some(places) = places {
+            self.add_contact_loads(places, at, &mut loads, &mut force);
+        }
         let energy_scale = self.energy_scale();
         let (nodes, corners) = (self.surface.nodes(), self.surface.nodes().len().div_ceil(2));
         let ContactSensitivity { held, yielding } = remembered;
         let remembered = held.chunks_exact(nodes.len()).zip(yielding.chunks_exact(corners));
-        for (load, (held, yielding)) in loads.chunks_exact_mut(unknowns).zip(remembered) {
+        let strength = places.map(|places| places.of(Magnitude::AdhesiveStrength));
+        for (parameter, (load, (held, yielding))) in
+            loads.chunks_exact_mut(unknowns).zip(remembered).enumerate()
+        {
             for slide in &self.conditions.slides {
                 let guide = slide.at(self.surface.profile(), x);
                 load[slide.radial] += guide.ratio * load[slide.radial + 1];
@@ -110,6 +116,9 @@ impl Stepper {
                     let by_friction = guide.ratio_by_friction * axial - slide.adhesion;
                     load[slide.radial] += by_friction * yielding[corner];
                 }
+            }
+            if strength == Some(parameter) {
+                self.add_friction_of_adhesion(at, load);
             }
             for ((value, scale), condition) in
                 load.iter_mut().zip(&self.column_scale).zip(&self.conditions.unknowns)
@@ -123,6 +132,9 @@ impl Stepper {
                     load[node.axial] = self.surface.face(k, at.contact).slope * load[node.radial];
                 }
             }
+        }
+        if let Some(places) = places {
+            self.add_motion_of_punch(places, &mut loads);
         }
         statistics.factorisations += 1;
         let tangent = self.work.tangent();
@@ -171,12 +183,15 @@ impl Stepper {
         let forces = self.nodal_force_changes(at, changes)?;
         let corners = nodes.len().div_ceil(2);
         let each = changes.x.chunks_exact(unknowns).zip(forces.chunks_exact(unknowns));
-        for (yielding, (x_change, force_change)) in remembered.yielding.chunks_exact_mut(corners).zip(each) {
+        let strength = self.places().map(|places| places.of(Magnitude::AdhesiveStrength));
+        let all = remembered.yielding.chunks_exact_mut(corners).zip(each);
+        for (parameter, (yielding, (x_change, force_change))) in all.enumerate() {
             let solution = (at.stage.x, self.raw_residual.as_slice());
+            let strength_change = if strength == Some(parameter) { 1.0 } else { 0.0 };
             self.surface.differentiate_yield(
                 (at.contact, next),
                 solution,
-                (x_change, force_change),
+                (x_change, force_change, strength_change),
                 yielding,
             );
         }

@@ -1,4 +1,5 @@
-//! The specimen under the punch: its state, one stage, one step, and their derivatives by the material.
+//! The specimen under the punch: its state, one stage, one step, and their derivatives by the material and by the
+//! magnitudes of effects.
 //!
 //! A step is a sequence of implicit stages ([`step`]). A stage looks for the equilibrium (`search`) of the nodes
 //! in contact (`stage`), asks the surface whether the same nodes may stay in contact, and solves again until
@@ -6,6 +7,7 @@
 
 pub mod derivatives;
 pub mod extrapolation;
+mod magnitudes;
 #[cfg(test)]
 mod rollover_tests;
 pub mod sample;

@@ -44,9 +44,9 @@ impl Discretisation for Stepper {
             trend: Extrapolation::at_rest(unknowns),
             history: undeformed(elements, branches).remembering(softens),
             outputs: Outputs::default(),
-            sensitivity: self
-                .sensitivities
-                .then(|| Sensitivity::undeformed(elements, branches, nodes).remembering(softens)),
+            sensitivity: (self.parameters > 0).then(|| {
+                Sensitivity::undeformed(elements, branches, nodes, self.parameters).remembering(softens)
+            }),
         }
     }
 

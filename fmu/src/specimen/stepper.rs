@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub struct Stepper {
     pub(super) sample: Arc<Sample>,
     pub(super) material: PointMaterial,
-    /// What the material is made from anew at every stage, where its moduli drift.
+    /// What the material is made from anew at every stage, where its moduli drift or could do so.
     pub(super) drifting: Option<(MaterialParameters, Extensions)>,
     /// Stiffness of the shear layer under the punch (Pa/m), where there is one.
     pub(super) shear_layer: Option<f64>,
@@ -32,7 +32,8 @@ pub struct Stepper {
     pub(super) is_pressure: Vec<bool>,
     pub(super) linear: LinearSolver,
     pub(super) work: Workspace,
-    pub(super) sensitivities: bool,
+    /// How many parameters the force is differentiated by.
+    pub(super) parameters: usize,
     /// Nodal forces of the last solution, without boundary conditions (N).
     pub(super) raw_residual: Vec<f64>,
     /// Sum of the tangent's rows under the punch (N per unit of the unknowns).
@@ -57,7 +58,8 @@ impl Stepper {
         let unknowns = sample.mesh.unknowns();
         let mut stepper = Self {
             material: PointMaterial::extended(m, &setup.extensions, 0.0),
-            drifting: (setup.extensions.growth_rate != 0.0).then(|| (m.clone(), setup.extensions)),
+            drifting: (setup.extensions.growth_rate != 0.0 || setup.solver.effect_sensitivities)
+                .then(|| (m.clone(), setup.extensions)),
             shear_layer: setup.shear_layer,
             conditions: Conditions::new(&sample.mesh, &boundary),
             surface: Surface::new(&sample.mesh, &sample.geometry, &boundary, profile, setup.adhesion),
@@ -68,7 +70,7 @@ impl Stepper {
             is_pressure,
             linear: LinearSolver::new(sample.structure.clone(), setup.solver.linear_solver),
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
-            sensitivities: setup.solver.sensitivities,
+            parameters: setup.solver.differentiated(m.branches.len()),
             raw_residual: vec![0.0; unknowns],
             reaction_row: vec![0.0; unknowns],
             residual_norms: Vec::new(),

@@ -58,14 +58,14 @@ pub fn simulate<'py>(
         return Err(PyValueError::new_err(match unknown.strip_prefix("sensitivity.force.") {
             Some(parameter) => format!(
                 "sensitivities: there is no derivative of the force by `{parameter}`; there is one by every \
-                 parameter of the material, material.permeability for one"
+                 parameter of the material, material.permeability for one, and by the magnitudes of effects"
             ),
             None => format!("record: the model has no output `{unknown}`"),
         }));
     }
     let mut parameters = values(&wiring, parameters)?;
-    if names.extra.iter().any(|name| name.starts_with(sensitivities::PREFIX)) {
-        parameters.insert(sensitivities::SWITCH.to_owned(), 1.0);
+    for switch in sensitivities::switches(names.extra.iter().map(String::as_str)) {
+        parameters.insert(switch.to_owned(), 1.0);
     }
     let job = Job { parameters, protocol, time_s: time_s.into() };
     let wiring = Arc::new(wiring);

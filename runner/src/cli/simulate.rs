@@ -114,8 +114,8 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let settings = arguments.run.engine.settings(engine.wiring())?;
     let mut parameters = settings_from(engine.wiring(), &settings)?;
     parameters.extend(arguments.fields.parameters());
-    if engine.wiring().outputs.iter().any(|p| p.name.starts_with(sensitivities::PREFIX)) {
-        parameters.entry(sensitivities::SWITCH.to_owned()).or_insert(1.0);
+    for switch in sensitivities::switches(engine.wiring().outputs.iter().map(|p| p.name.as_str())) {
+        parameters.entry(switch.to_owned()).or_insert(1.0);
     }
     let assumptions = assumed::of(&engine, &parameters, &[]);
     let assumed = assumed::say_before(&assumptions);

@@ -17,7 +17,7 @@ print(result["force"].max())
 interval: no peak is missed. With event mode too, these are events, and the next corner is the next event time.</p>
 <h2>Arrays</h2>
 <p><code>material.branch.mu</code>, <code>.alpha</code>, <code>.eta</code> have one element for each viscous branch; 
-<code>mu = 0</code> switches a branch off. <code>sensitivity.matrix</code> holds all derivatives of the forces.</p>
+<code>mu = 0</code> switches a branch off. <code>sensitivity.matrix</code> holds all derivatives of the forces by the material.</p>
 <h2>Your own displacement</h2>
 <ol>
 <li>As parameters: set <code>protocol.points</code> in configuration mode, then <code>protocol.history.time</code> and

@@ -140,7 +140,9 @@ impl Wiring {
         let parameters: BTreeMap<_, _> = parameters.map(|v| (v.name.clone(), v.clone())).collect();
         let mut found = BTreeMap::new();
         let switched = parameters.get(sensitivities::SWITCH).is_some_and(|v| v.kind == VariableKind::Boolean);
-        for parameter in parameters.keys().filter(|_| names.sensitivities && switched) {
+        // The magnitudes of effects have a switch of their own, which no run sets.
+        let known = |name: &&String| names.sensitivities && switched && !sensitivities::is_of_effect(name);
+        for parameter in parameters.keys().filter(known) {
             let name = sensitivities::name(&outputs[0].name, parameter);
             if let Some(v) = description.variables.iter().find(|v| v.name == name) {
                 found.insert(parameter.clone(), outputs.len());

@@ -1,7 +1,7 @@
-//! Derivatives of the force by the material's parameters while effects act.
+//! Derivatives of the force by the material's parameters while effects act, and by the magnitudes of the load cell's.
 
 use super::{GAP, RAMP, SEEPING, parameters, position};
-use poropunch::law::MaterialParameter;
+use poropunch::law::{Magnitude, MaterialParameter};
 use poropunch::{ForceSensitivity, Instance, Model, Parameters};
 
 const TIMES: [f64; 6] = [0.2, 0.5, RAMP, RAMP + 0.05, RAMP + 1.0, RAMP + 20.0];
@@ -116,4 +116,86 @@ fn with_effects_of_machine_and_sensor() {
         ],
         2e-5,
     );
+}
+
+/// What is read (N) and its derivatives by the load cell's drift and lag at all times, from before contact on.
+fn reading(p: &Parameters) -> Vec<(f64, f64, [f64; 2])> {
+    let mut instance = Instance::new(&Model::new(p.clone()).unwrap(), -GAP).unwrap();
+    let count = MaterialParameter::count(2);
+    let advance = |time: f64| {
+        instance.set_displacement(position(time));
+        instance.advance(time - instance.time()).unwrap();
+        let s = instance.sensitivities();
+        let by = |magnitude: Magnitude| s.get(count + magnitude.index()).map_or(0.0, |s| s.force);
+        (time, instance.outputs().force, [by(Magnitude::DriftRate), by(Magnitude::Lag)])
+    };
+    [0.03].into_iter().chain(TIMES).map(advance).collect()
+}
+
+/// Goal: the derivatives by drift and lag of the load cell are exact, before contact, along P2's ramp, kink and hold, also where
+/// there is no lag. Set-up: coarse mesh, fixed steps. Reference: by the drift, which acts in proportion, the difference of two
+/// runs; by the lag central differences of fourth order, from null forward ones of second order with 1 and 2 us. Tolerance:
+/// 1e-7 of the largest value along the curve, from null 1e-5, of the reference.
+#[test]
+fn by_the_load_cells_drift_and_lag() {
+    for (lag, step, tolerance) in [(0.05, 1e-4, 1e-7), (0.0, 1e-6, 1e-5)] {
+        let mut p = fixed_steps(&[("effect.load_cell_drift.rate", 1e-5), ("effect.load_cell_lag.time", lag)]);
+        (p.solver.sensitivities, p.solver.effect_sensitivities) = (true, true);
+        let exact = reading(&p);
+        (p.solver.sensitivities, p.solver.effect_sensitivities) = (false, false);
+        let mut drifting = p.clone();
+        drifting.effect.load_cell_drift.rate = 2e-5;
+        let moved = |steps: f64| {
+            let mut moved = p.clone();
+            moved.effect.load_cell_lag.time = lag + steps * step;
+            reading(&moved)
+        };
+        let (weights, divisor): (&[(f64, f64)], f64) = if lag > 0.0 {
+            (&[(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)], 12.0)
+        } else {
+            (&[(0.0, -3.0), (1.0, 4.0), (2.0, -1.0)], 2.0)
+        };
+        let runs: Vec<_> = weights.iter().map(|&(steps, weight)| (weight, moved(steps))).collect();
+        let slope =
+            |k: usize| runs.iter().map(|(weight, run)| weight * run[k].1).sum::<f64>() / (divisor * step);
+        let largest = (0..exact.len()).fold(0.0_f64, |m, k| m.max(slope(k).abs()));
+        for (k, ((time, force, [by_drift, by_lag]), (_, drifted, _))) in
+            exact.iter().zip(reading(&drifting)).enumerate()
+        {
+            approx::assert_relative_eq!(*by_drift, (drifted - force) / 1e-5, max_relative = 1e-9);
+            let error = (by_lag - slope(k)).abs() / largest;
+            assert!(error < tolerance, "lag {lag} s at {time} s: {by_lag:e} {:e} {error:.1e}", slope(k));
+        }
+        assert_eq!(exact[0].2[1], 0.0, "before contact nothing lags");
+    }
+}
+
+/// Goal: derivatives by the magnitudes of the specimen lag as the force does. Set-up: a lag of 0.05 s and a compliant machine,
+/// as the test of the material's. Reference: central differences of fourth order. Tolerance: 2e-5 of the largest value.
+#[test]
+fn a_lag_filters_the_derivatives_by_magnitudes() {
+    let mut p = fixed_steps(&[("effect.compliance.per_newton", 2e-2), ("effect.load_cell_lag.time", 0.05)]);
+    (p.solver.sensitivities, p.solver.effect_sensitivities) = (true, true);
+    let exact = cycle(&p);
+    (p.solver.sensitivities, p.solver.effect_sensitivities) = (false, false);
+    type Field = fn(&mut Parameters) -> &mut f64;
+    let chosen: [(Magnitude, Field, f64); 2] = [
+        (Magnitude::MachineCompliance, |p| &mut p.effect.compliance.per_newton, 2e-5),
+        (Magnitude::Amplitude, |p| &mut p.effect.amplitude.log_factor, 1e-3),
+    ];
+    for (magnitude, field, step) in chosen {
+        let runs = [-2.0, -1.0, 1.0, 2.0].map(|steps| {
+            let mut moved = p.clone();
+            *field(&mut moved) += steps * step;
+            cycle(&moved)
+        });
+        let f = |run: usize, k: usize| runs[run][k].0[0];
+        let slope = |k: usize| (f(0, k) - 8.0 * f(1, k) + 8.0 * f(2, k) - f(3, k)) / (12.0 * step);
+        let largest = (0..TIMES.len()).fold(0.0_f64, |m, k| m.max(slope(k).abs()));
+        for (k, (_, derivatives)) in exact.iter().enumerate() {
+            let s = derivatives[MaterialParameter::count(2) + magnitude.index()];
+            let error = (s.force - slope(k)).abs() / largest;
+            assert!(error < 2e-5, "{magnitude:?} at {} s: {error:.1e}", TIMES[k]);
+        }
+    }
 }

@@ -129,7 +129,7 @@ pub(crate) enum Binding {
     EffectReal(fn(&EffectParameters) -> f64, fn(&mut EffectParameters, f64)),
     EffectFlag(fn(&EffectParameters) -> bool, fn(&mut EffectParameters, bool)),
     RealOutput(fn(&Readings) -> f64),
-    /// Derivative of a force by the material's parameter with this index.
+    /// Derivative of a force by the parameter at this place: the material's, then the magnitudes of effects.
     Sensitivity(fn(&ForceSensitivity) -> f64, usize),
     IntegerOutput(fn(&Readings) -> i32),
 }
@@ -267,10 +267,9 @@ impl Variable {
     pub fn nominal(&self) -> f64 {
         let usual = self.unit().map_or(1.0, |unit| unit.nominal);
         match self.binding {
-            Binding::Sensitivity(_, parameter) => {
-                let mut material = table().iter().filter(|v| v.name.starts_with("material."));
-                material.nth(parameter).map_or(usual, |p| crate::unit::NEWTON.nominal / p.nominal())
-            }
+            Binding::Sensitivity(..) => sensitivities::parameter_of(self.name)
+                .and_then(by_name)
+                .map_or(usual, |(_, p)| crate::unit::NEWTON.nominal / p.nominal()),
             _ if self.start_number() != 0.0 => self.start_number().abs(),
             _ => usual,
         }

@@ -191,7 +191,7 @@ impl Port {
             }
             Self::Time => "Time",
             Self::Sensitivities => {
-                "All other sensitivity.* as one matrix, in SI units: rows are force, force_solid and \
+                "All other sensitivity.*.material.* as one matrix, in SI units: rows are force, force_solid and \
                  force_fluid, columns are n0s, lambda_star, fluid_viscosity, permeability, equilibrium.mu, \
                  equilibrium.alpha, then mu, alpha and eta of each viscous branch; 0 unless solver.sensitivities is set"
             }

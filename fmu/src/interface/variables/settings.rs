@@ -4,7 +4,7 @@ use super::history::History;
 use super::{Binding, Causality, Kind, Variable, VariableError, table};
 use crate::interface::recording::FieldSettings;
 use crate::law::parameters::{BranchParameters, OgdenParameters};
-use crate::law::{MaterialParameter, Spring};
+use crate::law::{Magnitude, MaterialParameter, Spring};
 use crate::motion::protocol::Trapezoid;
 use crate::parameters::validate_branch;
 use crate::{ForceSensitivity, Outputs, ParameterError, Parameters, Statistics};
@@ -125,22 +125,31 @@ impl Settings {
 
 /// Parameters of a material with all its [`BRANCHES`].
 pub(super) const SENSITIVITIES: usize = MaterialParameter::count(BRANCHES);
+/// The same and the magnitudes of effects.
+pub(super) const ALL_SENSITIVITIES: usize = SENSITIVITIES + Magnitude::ALL.len();
 
 /// Everything that can be read by name, besides the settings.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Readings {
     /// Results.
     pub outputs: Outputs,
     /// Solver statistics.
     pub statistics: Statistics,
-    /// Derivatives of the force by the material's parameters; 0 for those of an absent branch.
-    pub sensitivities: [ForceSensitivity; SENSITIVITIES],
+    /// Derivatives of the force by the material's parameters, 0 for those of an absent branch, then by the magnitudes of effects.
+    pub sensitivities: [ForceSensitivity; ALL_SENSITIVITIES],
+}
+
+impl Default for Readings {
+    fn default() -> Self {
+        let sensitivities = [ForceSensitivity::default(); ALL_SENSITIVITIES];
+        Self { outputs: Outputs::default(), statistics: Statistics::default(), sensitivities }
+    }
 }
 
 impl Settings {
     /// Derivatives of a model of these settings, with zeros for the absent branches.
-    pub fn spread(&self, present: &[ForceSensitivity]) -> [ForceSensitivity; SENSITIVITIES] {
-        let mut all = [ForceSensitivity::default(); SENSITIVITIES];
+    pub fn spread(&self, present: &[ForceSensitivity]) -> [ForceSensitivity; ALL_SENSITIVITIES] {
+        let mut all = [ForceSensitivity::default(); ALL_SENSITIVITIES];
         let is_present = |parameter| match parameter {
             MaterialParameter::Mu(Spring::Branch(b))
             | MaterialParameter::Alpha(Spring::Branch(b))
@@ -148,8 +157,9 @@ impl Settings {
             _ => true,
         };
         let places = MaterialParameter::all(BRANCHES).filter(|&parameter| is_present(parameter));
-        for (parameter, &derivative) in places.zip(present) {
-            all[parameter.index()] = derivative;
+        let places = places.map(MaterialParameter::index).chain(SENSITIVITIES..ALL_SENSITIVITIES);
+        for (place, &derivative) in places.zip(present) {
+            all[place] = derivative;
         }
         all
     }
@@ -232,12 +242,14 @@ mod tests {
         let mut settings = Settings::default();
         settings.padded.material.branches[0].ogden.mu = 0.0;
         let one = |force| ForceSensitivity { force, specimen: force, fluid: 0.0 };
-        let present: Vec<_> = (1..=MaterialParameter::count(1)).map(|k| one(k as f64)).collect();
+        let count = MaterialParameter::count(1) + Magnitude::ALL.len();
+        let present: Vec<_> = (1..=count).map(|k| one(k as f64)).collect();
         let all = settings.spread(&present);
         assert_eq!(all[MaterialParameter::Alpha(Spring::Equilibrium).index()].force, 6.0);
         assert_eq!(all[MaterialParameter::Mu(Spring::Branch(0)).index()].force, 0.0);
         assert_eq!(all[MaterialParameter::Mu(Spring::Branch(1)).index()].force, 7.0);
         assert_eq!(all[MaterialParameter::Eta(1).index()].force, 9.0);
         assert_eq!(all[MaterialParameter::Eta(2).index()].force, 0.0);
+        assert_eq!(all[SENSITIVITIES..].iter().map(|s| s.force).collect::<Vec<_>>()[..2], [10.0, 11.0]);
     }
 }

@@ -204,8 +204,12 @@ const SOLVER: &[Variable] = section! { "solver.", (padded.solver):
     max_step: real(&SECOND, (1e-9, 1e6));
     /// Newton iteration ends when the scaled residual is below this
     newton_tolerance: real(&ONE, (1e-14, 1e-2));
-    /// Compute the outputs sensitivity.*: exact derivatives of the force by the material's parameters
+    /// Compute the outputs sensitivity.*.material.*: exact derivatives of the force by the material's parameters
     sensitivities: flag;
+    /// Compute the outputs sensitivity.*.effect.*, too: exact derivatives by the magnitudes of effects, also
+    /// where these are null; acts only with solver.sensitivities. Switches, sizes of the specimen, mesh,
+    /// tolerances, the opening at which adhesion breaks and the delay of softening have none
+    effect_sensitivities: flag;
 };
 
 const SOURCE: &[Variable] = section! { "protocol.", ():
@@ -275,7 +279,7 @@ const NUMBERS: [Variable; CHOICES] = [
 ];
 
 /// The sections in the order of the value references; those of the effects follow.
-const SECTIONS: [&[Variable]; 21] = [
+const SECTIONS: [&[Variable]; 24] = [
     INPUTS,
     OUTPUTS,
     STATISTICS,
@@ -295,6 +299,9 @@ const SECTIONS: [&[Variable]; 21] = [
     &sensitivities::FORCE,
     &sensitivities::FORCE_SOLID,
     &sensitivities::FORCE_FLUID,
+    &sensitivities::FORCE_BY_EFFECT,
+    &sensitivities::FORCE_SOLID_BY_EFFECT,
+    &sensitivities::FORCE_FLUID_BY_EFFECT,
     FIELDS,
     &NUMBERS,
 ];
