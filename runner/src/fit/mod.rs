@@ -9,6 +9,7 @@
 //! a cache of runs.
 
 mod coleman_li;
+mod correction;
 pub mod multi_start;
 mod options;
 pub mod problem;

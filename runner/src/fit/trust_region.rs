@@ -6,6 +6,7 @@
 //! can be stopped at any time with its best point.
 
 use super::coleman_li;
+use super::correction::{Correction, POOR, Trial};
 use super::options::{Options, Scaling};
 use super::problem::{Bounds, EvaluationFailure, FitError, Problem};
 use super::solution::{IterationRecord, Solution, StopReason};
@@ -15,36 +16,17 @@ use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
 /// A point with residuals and Jacobian.
-struct Point {
-    x: DVector<f64>,
-    f: DVector<f64>,
+pub(super) struct Point {
+    pub x: DVector<f64>,
+    pub f: DVector<f64>,
     jacobian: DMatrix<f64>,
-    cost: f64,
+    pub cost: f64,
 }
-
-/// Where a step leads.
-struct Trial {
-    x: DVector<f64>,
-    f: DVector<f64>,
-    cost: f64,
-}
-
-impl Trial {
-    fn new(x: DVector<f64>, f: DVector<f64>) -> Self {
-        let cost = 0.5 * f.norm_squared();
-        Self { x, f, cost }
-    }
-}
-
-/// A step that achieves a smaller part of what was predicted shrinks the region.
-const POOR: f64 = 0.25;
-/// Corrections of one step at most; each is an evaluation.
-const MOST_TURNS: usize = 3;
 
 /// Counters and records.
-struct Log {
+pub(super) struct Log {
     iterations: Vec<IterationRecord>,
-    evaluations: usize,
+    pub evaluations: usize,
     jacobians: usize,
     failures: Vec<String>,
     consecutive_failures: usize,
@@ -187,29 +169,18 @@ fn iterate<P: Problem + ?Sized>(
                 }
             }
         };
-        let mut trial = Trial::new(x_new, f_new);
-        let mut path = p_h.clone();
-        for _ in 0..MOST_TURNS {
-            let is_poor = agreement(point.cost - trial.cost, step.predicted) < POOR;
-            if !is_poor || step.p_scaled != p_h || log.evaluations >= options.max_evaluations {
-                break;
-            }
-            let (solver, steps, residuals) = ((&decomposition, *alpha), (&p_h, &path), (&point.f, &trial.f));
-            let Some(turned_path) = model.turned(solver, steps, residuals) else { break };
-            let end = &point.x + d.component_mul(&turned_path);
-            let x = DVector::from_vec(bounds.interior(end.as_slice(), 0.0));
-            match evaluate(problem, &x, log).map(|f| Trial::new(x.clone(), f)) {
-                Ok(turned) if turned.cost < trial.cost => {
-                    problem.rejected(trial.x.as_slice());
-                    (trial, path) = (turned, turned_path);
-                }
-                Err(EvaluationFailure::Interrupted) => return (None, Some(StopReason::StopRequested)),
-                Ok(_) | Err(EvaluationFailure::Failed(_)) => {
-                    problem.rejected(x.as_slice());
-                    break;
-                }
-            }
-        }
+        let correction = Correction {
+            model: &model,
+            solver: (&decomposition, *alpha),
+            step: &step,
+            is_straight: step.p_scaled == p_h,
+            here: point,
+            most_evaluations: options.max_evaluations,
+        };
+        let trial = match correction.lead(problem, Trial::new(x_new, f_new), log) {
+            Ok(trial) => trial,
+            Err(stop) => return (None, Some(stop)),
+        };
         let Trial { x: x_new, f: f_new, cost: cost_new } = trial;
         let step_norm = (&x_new - &point.x).norm();
         let actual = point.cost - cost_new;
@@ -262,7 +233,7 @@ fn first_point<P: Problem + ?Sized>(problem: &mut P, x: Vec<f64>, log: &mut Log)
     Ok(Point { x, f, jacobian, cost })
 }
 
-fn evaluate<P: Problem + ?Sized>(
+pub(super) fn evaluate<P: Problem + ?Sized>(
     problem: &mut P,
     x: &DVector<f64>,
     log: &mut Log,
@@ -344,7 +315,7 @@ fn column_scale(jacobian: &DMatrix<f64>, scaling: Scaling, previous: Option<&DVe
 }
 
 /// Actual over predicted reduction; 1 when both vanish.
-fn agreement(actual: f64, predicted: f64) -> f64 {
+pub(super) fn agreement(actual: f64, predicted: f64) -> f64 {
     if predicted > 0.0 {
         actual / predicted
     } else if actual == 0.0 && predicted == 0.0 {
