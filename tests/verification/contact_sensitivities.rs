@@ -106,7 +106,7 @@ impl By {
         match self {
             // What hardly matters has to move farther to stand out from rounding.
             Self::Material(parameter) => {
-                let relative = if parameter == MaterialParameter::SolidFraction { 5e-2 } else { 3e-4 };
+                let relative = if parameter == MaterialParameter::SolidFraction { 1.5e-1 } else { 3e-4 };
                 relative * *value(&mut parameters.material.clone(), parameter)
             }
             Self::Effect(magnitude) => magnitude_of(magnitude).1,
@@ -252,7 +252,7 @@ const ONE_OF_EACH: [By; 4] = [
 
 /// Goal: dF/dtheta and dF_fluid/dtheta are exact at the end of every step of two cycles of P2: ramp, hold, peeling, separation, second
 /// touch. Set-up: coarse mesh, the default step control, Newton to 1e-12, one parameter of each law. Reference: central differences of
-/// replays, 3e-4 of the parameter to either side (n0S, which hardly matters: 5 %). Tolerance: 1e-4 of each derivative's largest value.
+/// replays, 3e-4 of the parameter to either side (n0S, which hardly matters: 15 %). Tolerance: 1e-4 of each derivative's largest value.
 #[test]
 fn two_cycles() {
     let steps = case(Trapezoid::p2(), 2, MeshPreset::Coarse, &[]).check_some(&ONE_OF_EACH, 1e-4);
@@ -358,7 +358,8 @@ fn whole_tests_by_magnitudes() {
     let sphere = [("indenter.profile", 2.0), ("effect.adhesion.strength", 100.0)];
     let friction = [("boundary.friction", 0.3), ("boundary.partial_slip", 1.0)];
     let by = |magnitudes: &[Magnitude]| magnitudes.iter().copied().map(By::Effect).collect::<Vec<_>>();
-    let cases: [(&[(&str, f64)], Vec<By>); 7] = [
+    type Acting<'a> = &'a [(&'static str, f64)];
+    let cases: [(Acting, Vec<By>); 7] = [
         (&[], FROM_NULL.to_vec()),
         (&laws, by(&[InverseStress, PermeabilityExponent, GrowthRate, Amplitude, SurfaceHeight])),
         (&machine, by(&[ShearCompliance, MachineCompliance])),
