@@ -21,7 +21,7 @@ pub use estimate::{BoundSide, Determination, Interval, ParameterEstimate};
 use super::fit::Fit;
 use super::parameter::FitParameter;
 use super::unknowns::Unknowns;
-use crate::fit::{FitError, Whitening, likeliest_heights};
+use crate::fit::{FitError, Prior, Whitening, likeliest_heights};
 use crate::noise::Covariance;
 use curvature::{Curvature, correlation};
 use estimate::{of_product, of_variable};
@@ -173,6 +173,25 @@ impl Statistics {
         }
         let wide = (quantile * variance.sqrt()).min(NOTHING_KNOWN);
         [(wide - mean).max(0.0), (wide + mean).max(0.0)]
+    }
+
+    /// Least squares around `x`: whitened derivatives and gap (mN), below them the rows of the prior of the variables that `prior_of` names, or
+    /// zeros where the size of the noise is not known.
+    pub(super) fn stacked(
+        &self,
+        prior: &Prior,
+        x: &DVector<f64>,
+        (jacobian_mn, gap_mn): (&DMatrix<f64>, &DVector<f64>),
+        prior_of: &dyn Fn(usize) -> bool,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let (m, n) = jacobian_mn.shape();
+        let mut design = self.covariance.apply_columns(jacobian_mn).resize_vertically(m + n, 0.0);
+        let mut rest = self.covariance.apply(gap_mn).resize_vertically(m + n, 0.0);
+        for j in (0..n).filter(|&j| prior_of(j) && self.covariance.is_known()) {
+            design[(m + j, j)] = 1.0 / prior.deviation[j];
+            rest[m + j] = (prior.mean[j] - x[j]) / prior.deviation[j];
+        }
+        (design, rest)
     }
 
     /// Half-width of the 95 % interval of a quantity with gradient `gradient` in the optimiser's variables, by what the data say of

@@ -5,7 +5,7 @@
 //! that falls between two points is computed in its turn, until what was foreseen is what is found.
 
 use super::profile::{Given, Profile, Profiler, Target, main_variable};
-use crate::fit::{EvaluationFailure, Problem, Whitening};
+use crate::fit::{EvaluationFailure, Problem};
 use crate::inference::problem::ForceProblem;
 use crate::pool::{Priority, Run};
 use nalgebra::{DMatrix, DVector};
@@ -119,15 +119,8 @@ impl Profiler<'_> {
             - slope_b * (t * t * u);
         let jacobian = &a.jacobian_mn * u + &b.jacobian_mn * t;
         let x = &a.x + step * t;
-        let covariance = &self.statistics.covariance;
-        let (m, n) = jacobian.shape();
-        let mut design = covariance.apply_columns(&jacobian).resize_vertically(m + n, 0.0);
-        let mut rest = covariance.apply(&gap).resize_vertically(m + n, 0.0);
-        let prior = &self.fit.prior;
-        for j in (0..n).filter(|&j| target.gradient[j] == 0.0 && covariance.is_known()) {
-            design[(m + j, j)] = 1.0 / prior.deviation[j];
-            rest[m + j] = (prior.mean[j] - x[j]) / prior.deviation[j];
-        }
+        let prior_of = |j: usize| target.gradient[j] == 0.0;
+        let (design, rest) = self.statistics.stacked(&self.fit.prior, &x, (&jacobian, &gap), &prior_of);
         let reduced = Given::<()>::reduced(&design, &target.gradient, main_variable(target));
         if reduced.ncols() == 0 {
             return rest.norm_squared();

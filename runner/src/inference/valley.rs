@@ -8,7 +8,7 @@ use super::fit::Fit;
 use super::problem::ForceProblem;
 use super::setup::Setup;
 use super::statistics::{Bend, DETERMINED_HALF_WIDTH, Statistics};
-use crate::fit::{EvaluationFailure, Problem, Whitening};
+use crate::fit::{EvaluationFailure, Problem};
 use crate::pool::{Priority, Run};
 use nalgebra::{DMatrix, DVector};
 
@@ -108,27 +108,15 @@ fn at(
         Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
         Err(EvaluationFailure::Failed(_)) => return Ok(None),
     };
-    let covariance = &statistics.covariance;
-    let prior = &fit.prior;
-    let n = x.len();
-    let known = |x: &DVector<f64>| {
-        DVector::from_fn(n, |j, _| {
-            if covariance.is_known() { (prior.mean[j] - x[j]) / prior.deviation[j] } else { 0.0 }
-        })
+    let stacked = |x: &DVector<f64>, rows: (&DMatrix<f64>, &DVector<f64>)| {
+        statistics.stacked(&fit.prior, x, rows, &|_| true)
     };
-    let least = covariance.apply(&fit.gap_mn).norm_squared() + known(&start).norm_squared();
-    let gap = covariance.apply(&-DVector::from_vec(residual));
-    let design = covariance.apply_columns(&jacobian_mn);
-    let rows = gap.len();
-    let (mut rest, mut all) = (gap.resize_vertically(rows + n, 0.0), design.resize_vertically(rows + n, 0.0));
-    rest.rows_mut(rows, n).copy_from(&known(&x));
-    for j in (0..n).filter(|_| covariance.is_known()) {
-        all[(rows + j, j)] = 1.0 / prior.deviation[j];
-    }
+    let least = stacked(&start, (&fit.jacobian_mn, &fit.gap_mn)).1.norm_squared();
+    let (all, rest) = stacked(&x, (&jacobian_mn, &-DVector::from_vec(residual)));
     let unit = deviation.normalize();
     let Some(step) = across(&all, &rest, &unit) else { return Ok(None) };
     let (lower, upper) = setup.unknowns.bounds();
-    let there = DVector::from_fn(n, |j, _| (x[j] + step[j]).clamp(lower[j], upper[j]));
+    let there = DVector::from_fn(x.len(), |j, _| (x[j] + step[j]).clamp(lower[j], upper[j]));
     let rise = (&rest - &all * (&there - &x)).norm_squared() - least;
     let by = there - start;
     Ok(Some(Floor { along: unit.dot(&by) / deviation.norm(), rise, by }))
