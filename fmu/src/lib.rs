@@ -14,6 +14,7 @@
 
 mod builder;
 pub mod contact;
+mod edge;
 pub mod effect;
 pub mod element;
 pub mod engine;

@@ -86,24 +86,6 @@ impl Parameters {
 }
 
 impl Parameters {
-    /// The mesh that the sample gets: the one asked for, but that a skeleton which is weak in volume is not resolved
-    /// below 3 % of the punch's radius at a sharp edge unless `mesh.edge_size` says so.
-    ///
-    /// Beside a sharp edge the strain grows without bound, while the law (Eq. 10) bears a mean tension of at most
-    /// `lambda* (1 - n0S)`: closer to the edge than a fraction of the punch's radius there is no equilibrium once
-    /// lambda* is small beside the instantaneous shear modulus. No punch is that sharp.
-    pub fn resolved_mesh(&self) -> MeshParameters {
-        let (m, mut mesh) = (&self.material, self.mesh.clone());
-        let shear =
-            m.equilibrium.shear_modulus() + m.branches.iter().map(|b| b.ogden.shear_modulus()).sum::<f64>();
-        let sharp = self.indenter.is_plane() && !self.geometry.is_platen();
-        let finer = mesh.preset != MeshPreset::Coarse && mesh.edge_size == 0.0;
-        if sharp && finer && m.lambda_star < WEAK_SKELETON * shear {
-            mesh.edge_size = EDGE_RADIUS * self.geometry.punch_radius;
-        }
-        mesh
-    }
-
     /// What acts only with one profile is refused with the others, unless it is left at its default.
     fn validate_indenter(&self) -> Result<(), ParameterError> {
         let (i, default) = (&self.indenter, IndenterParameters::default());
@@ -201,12 +183,6 @@ impl Parameters {
         Ok(())
     }
 }
-
-/// Radius of a broken edge over the punch's: 60 um of 2 mm.
-const EDGE_RADIUS: f64 = 0.03;
-/// A skeleton is weak in volume where lambda* is below this many instantaneous shear moduli (Poisson's ratio below 0.2). Measured, not
-/// derived: with edges of 0.003 R runs fail up to here and not beyond, with 0.01 R none does (README of `fmu`).
-const WEAK_SKELETON: f64 = 1.3;
 
 /// Admissible half-angles of a cone (rad): from 10 degrees to half a degree short of a plane.
 pub(crate) const CONE_HALF_ANGLE: (f64, f64) = (PI / 18.0, PI * 89.5 / 180.0);

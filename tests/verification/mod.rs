@@ -22,6 +22,7 @@ mod punch_on_block;
 mod relaxation;
 mod retraction;
 mod sensitivities;
+mod sliding_edge;
 mod small_steps;
 mod solid_3d;
 mod stepping;

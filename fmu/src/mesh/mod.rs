@@ -7,7 +7,7 @@
 mod blocks;
 mod grading;
 pub mod parameters;
-mod presets;
+pub(crate) mod presets;
 
 use crate::mesh::parameters::{GeometryParameters, MeshParameters};
 use blocks::Quad;
