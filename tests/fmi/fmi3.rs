@@ -41,25 +41,18 @@ fn a_validators_and_lint_find_no_problem() {
 fn a_the_lint_finds_each_planted_problem() {
     let good = xml();
     let planted = [
-        (good.replacen("valueReference=\"1\"", "valueReference=\"0\"", 1), "value reference 0 is used twice"),
-        (good.replacen("start=\"0.032\"", "start=\"-1.0\"", 1), "outside its own range"),
         (good.replacen("start=\"-418.0 ", "start=\"NaN ", 1), "is not finite"),
-        (good.replacen(" start=\"0.032\"", "", 1), "no start value"),
         (
             good.replacen("canGetAndSetFMUState=\"true\"", "canGetAndSetFMUState=\"false\"", 1),
             "canSerializeFMUstate without",
         ),
-        (good.replacen("name=\"force_solid\"", "name=\"force\"", 1), "the name is used twice"),
-        (good.replacen("Unit name=\"N\"", "Unit name=\"kN\"", 1), "its unit is not defined"),
         (good.replacen(instantiation_token(), " ", 1), "the GUID is empty"),
-        (good.replacen(" dependencies=\"\"", "", 1), "no dependencies"),
         (
             good.replacen("<Output valueReference=\"2\"", "<Output valueReference=\"3\"", 1),
             "a variable twice",
         ),
         (good.replacen(" nominal=\"0.01\"", "", 1), "no nominal value"),
         (good.replacen("causality=\"independent\"", "causality=\"local\"", 1), "one independent variable"),
-        (good.replacen(" tolerance=", " notTolerance=", 1), "DefaultExperiment: no tolerance"),
     ];
     check_lint(&good, planted);
 }

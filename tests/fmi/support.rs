@@ -136,7 +136,16 @@ pub fn check_states(mut instance: FmuInstance, mut fresh: FmuInstance) {
 
 /// The lint finds every planted problem: descriptions, all made from `good`, with a part of what it shall say.
 pub fn check_lint(good: &str, planted: impl IntoIterator<Item = (String, &'static str)>) {
-    for (xml, expected) in planted {
+    let of_both = [
+        (good.replacen("valueReference=\"1\"", "valueReference=\"0\"", 1), "value reference 0 is used twice"),
+        (good.replacen("start=\"0.032\"", "start=\"-1.0\"", 1), "outside its own range"),
+        (good.replacen(" start=\"0.032\"", "", 1), "no start value"),
+        (good.replacen("name=\"force_solid\"", "name=\"force\"", 1), "the name is used twice"),
+        (good.replacen("Unit name=\"N\"", "Unit name=\"kN\"", 1), "its unit is not defined"),
+        (good.replacen(" dependencies=\"\"", "", 1), "no dependencies"),
+        (good.replacen(" tolerance=", " notTolerance=", 1), "DefaultExperiment: no tolerance"),
+    ];
+    for (xml, expected) in of_both.into_iter().chain(planted) {
         assert_ne!(xml, good, "nothing planted for: {expected}");
         let problems = lint_description(&xml).unwrap();
         assert!(problems.iter().any(|p| p.contains(expected)), "not found: {expected}; found {problems:?}");
