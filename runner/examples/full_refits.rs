@@ -51,7 +51,7 @@ fn main() -> Result<(), Error> {
     let found = diagnose(&engine, observations, &unknowns, Given::default(), effort, &mut |what| {
         eprintln!("{what}")
     })?;
-    let Some(refit) = found.decision.refit.map(|k| &found.round.refits[k]) else {
+    let Some(refit) = found.conclusion.decision.refit.map(|k| &found.round.refits[k]) else {
         return Err("no effect explains a gap of these data: there is no shrinkage".into());
     };
     let active: Vec<&Candidate> = refit.members.iter().map(|&k| &found.candidates[k]).collect();

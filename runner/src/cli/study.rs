@@ -352,10 +352,10 @@ fn say_status(s: &status::Status) {
     say!(
         "{} units: {} done, {} running, {} failed, {} waiting",
         s.units,
-        s.done,
-        s.running,
-        s.failed,
-        s.waiting
+        s.counts.done,
+        s.counts.running,
+        s.counts.failed,
+        s.counts.waiting
     );
     if let Some(left) = s.seconds_left {
         say!("some {} left", humantime::format_duration(Duration::from_secs(left.ceil() as u64)));

@@ -81,6 +81,12 @@ pub struct Findings {
     pub splits: Vec<Split>,
     /// What decided.
     pub thresholds: Thresholds,
+    /// What is told.
+    pub conclusion: Conclusion,
+}
+
+/// The answer, and what is told with it.
+pub struct Conclusion {
     /// The answer.
     pub decision: Decision,
     /// Largest mean difference between data and plain model over half a decade of the time since any kink of the motion, as part of
@@ -175,8 +181,8 @@ pub fn diagnose(
         is_small,
         explained: &explained_of_what_matters,
         removed: &removed,
-        probability: round.probability,
-        is_flagrant: round.flagrant,
+        probability: round.significance.probability,
+        is_flagrant: round.significance.flagrant,
         rivals: effects.len(),
         refits,
         something_else: round.something_else.evidence,
@@ -195,16 +201,13 @@ pub fn diagnose(
     };
     let proposals = proposals(setup, &candidates, &noise, &surviving, sample_height_m)?;
     Ok(Findings {
-        gap_percent,
-        leftover: left,
-        proposals,
         noise,
         candidates,
         left_out,
         round,
         thresholds,
         splits,
-        decision,
+        conclusion: Conclusion { decision, gap_percent, leftover: left, proposals },
         observations,
     })
 }
@@ -234,16 +237,22 @@ pub struct Round {
     pub failed: Vec<Failed>,
     /// Places where it was looked for misfit.
     pub spots: Vec<Spot>,
+    /// Whether there is a gap.
+    pub significance: Significance,
+    /// What a smooth error of any shape explains.
+    pub something_else: SomethingElse,
+    /// Models with effects.
+    pub refits: Vec<Refit>,
+}
+
+/// Whether a fit misses the data by more than noise.
+pub struct Significance {
     /// Distribution of the largest score of all under noise.
     pub family: Family,
     /// Family-wise probability of the largest score.
     pub probability: f64,
     /// Whether chi^2 alone shows a gap.
     pub flagrant: bool,
-    /// What a smooth error of any shape explains.
-    pub something_else: SomethingElse,
-    /// Models with effects.
-    pub refits: Vec<Refit>,
 }
 
 impl Asked<'_> {
@@ -301,7 +310,8 @@ impl Asked<'_> {
                 Search { setup, others, candidates, plain, gap, covariance, evaluations, quick, thresholds };
             refits = search.run(&shown, say)?;
         }
-        Ok(Round { plain, screened, failed, spots, family, probability, flagrant, something_else, refits })
+        let significance = Significance { family, probability, flagrant };
+        Ok(Round { plain, screened, failed, spots, significance, something_else, refits })
     }
 }
 

@@ -41,7 +41,7 @@ fn of_test(test: &TestInspection) -> Vec<Parity> {
             let (unit, shows) = (unit.to_owned(), shows.to_owned());
             all.push(Parity { relation, of, value, sigma, expected, unit, shows });
         };
-        if let Some(before) = c.off_contact_before_mn {
+        if let Some(before) = c.off_contact.off_contact_before_mn {
             add(
                 "force off contact before",
                 before.value,
@@ -51,7 +51,7 @@ fn of_test(test: &TestInspection) -> Vec<Parity> {
                 "load-cell offset",
             );
         }
-        if let Some(drift) = c.drift_mn {
+        if let Some(drift) = c.off_contact.drift_mn {
             add(
                 "change of the force off contact",
                 drift.value,

@@ -36,10 +36,11 @@ pub struct About<'a> {
 
 /// The structure.
 pub fn summary(f: &Findings, about: &About) -> Diagnosis {
-    let threshold = f.round.family.threshold(f.thresholds.significant);
-    let members = &f.decision.members;
+    let threshold = f.round.significance.family.threshold(f.thresholds.significant);
+    let members = &f.conclusion.decision.members;
     let name = |k: &usize| f.candidates[*k].name.clone();
-    let (held_out, shrinkage) = f.decision.refit.map_or((vec![], None), |k| held_out(f, &f.round.refits[k]));
+    let (held_out, shrinkage) =
+        f.conclusion.decision.refit.map_or((vec![], None), |k| held_out(f, &f.round.refits[k]));
     let effects: Vec<EffectSummary> = f.round.screened.iter().map(|s| effect(f, s, threshold)).collect();
     let not_testable = not_testable(f, &effects);
     let names: Vec<String> = members.iter().map(name).collect();
@@ -48,11 +49,11 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
         command: about.command.clone(),
         quick: about.quick,
         verdict: Verdict {
-            kind: f.decision.kind,
+            kind: f.conclusion.decision.kind,
             effects: names,
-            confidence: f.decision.confidence,
-            gap_percent: f.gap_percent,
-            is_immaterial: f.decision.is_immaterial,
+            confidence: f.conclusion.decision.confidence,
+            gap_percent: f.conclusion.gap_percent,
+            is_immaterial: f.conclusion.decision.is_immaterial,
             matters_percent: about.matters_percent,
             text: String::new(),
         },
@@ -68,8 +69,8 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
         shrinkage,
         not_testable,
         simple_rules: simple_rules(&f.round.plain, &f.round.screened, &f.candidates, &f.round.spots),
-        leftover: f.leftover.clone(),
-        proposals: f.proposals.clone(),
+        leftover: f.conclusion.leftover.clone(),
+        proposals: f.conclusion.proposals.clone(),
         next: members.iter().map(|k| wording::next(&f.candidates[*k])).collect(),
         warnings: warnings(f),
         curves: curves(f),
@@ -114,7 +115,8 @@ fn plain(f: &Findings, about: &About) -> ModelSummary {
         points: f.round.plain.gap_mn.len(),
         gain: 0.0,
         evidence: 0.0,
-        probability: f64::from(u8::from(f.decision.kind == Kind::NoGap)) * f.decision.confidence,
+        probability: f64::from(u8::from(f.conclusion.decision.kind == Kind::NoGap))
+            * f.conclusion.decision.confidence,
         magnitudes: vec![],
         adequacy: adequacy(Setup { observations: &f.observations, ..about.setup }, &f.round.plain),
         parameters: parameters(about, f.round.plain.x()),
@@ -136,7 +138,7 @@ fn models(f: &Findings, about: &About) -> Vec<ModelSummary> {
             points: r.fit.gap_mn.len(),
             gain: r.gain,
             evidence: r.evidence,
-            probability: f.decision.probabilities[k],
+            probability: f.conclusion.decision.probabilities[k],
             magnitudes: r.members.iter().map(magnitude).collect(),
             adequacy: r.adequacy,
             parameters: parameters(about, r.fit.x()),
@@ -167,10 +169,14 @@ fn location(f: &Findings, threshold: f64) -> Location {
             score,
             mean_mn: gap().sum::<f64>() / s.points.len().max(1) as f64,
             rms_mn: rms(gap()),
-            probability: f.round.family.probability(score.abs()),
+            probability: f.round.significance.family.probability(score.abs()),
         }
     };
-    Location { threshold, probability: f.round.probability, spots: f.round.spots.iter().map(one).collect() }
+    Location {
+        threshold,
+        probability: f.round.significance.probability,
+        spots: f.round.spots.iter().map(one).collect(),
+    }
 }
 
 fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
@@ -187,7 +193,7 @@ fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
         place: effect.place,
         sign: effect.sign,
         score,
-        probability: f.round.family.probability(candidate.one_sided(score)),
+        probability: f.round.significance.family.probability(candidate.one_sided(score)),
         magnitude,
         magnitude_sigma,
         scale: effect.scale,
@@ -210,7 +216,7 @@ fn overlap(screened: &[Screened]) -> Vec<Vec<f64>> {
 fn not_testable(f: &Findings, effects: &[EffectSummary]) -> Vec<NotTestable> {
     let weak = effects.iter().filter(|e| !e.testable).map(|e| NotTestable {
         name: e.name.clone(),
-        reason: wording::too_weak(e, f.round.family.threshold(f.thresholds.significant)),
+        reason: wording::too_weak(e, f.round.significance.family.threshold(f.thresholds.significant)),
     });
     let failed = f.round.failed.iter().map(|failed| NotTestable {
         name: f.candidates[failed.candidate].name.clone(),
@@ -282,9 +288,10 @@ fn warnings(f: &Findings) -> Vec<String> {
     if f.observations.len() < 2 && f.splits.is_empty() {
         warnings.push("one cycle of one test: nothing can be predicted that was not fitted".to_owned());
     }
-    if !f.decision.unnamed.is_empty() {
-        let names: Vec<&str> = f.decision.unnamed.iter().map(|&k| f.candidates[k].name.as_str()).collect();
-        warnings.push(match f.decision.kind {
+    if !f.conclusion.decision.unnamed.is_empty() {
+        let names: Vec<&str> =
+            f.conclusion.decision.unnamed.iter().map(|&k| f.candidates[k].name.as_str()).collect();
+        warnings.push(match f.conclusion.decision.kind {
             Kind::NoGap => format!("what is significant of the difference looks like {}", list(&names)),
             _ => format!("less likely, but not told from the effects named: {}", list(&names)),
         });
@@ -297,7 +304,7 @@ fn warnings(f: &Findings) -> Vec<String> {
 
 fn curves(f: &Findings) -> Vec<CurvePair> {
     let sigma = f.round.plain.covariance.total_mn();
-    let after = f.decision.refit.map(|k| &f.round.refits[k].fit.gap_mn);
+    let after = f.conclusion.decision.refit.map(|k| &f.round.refits[k].fit.gap_mn);
     let mut before = 0;
     let mut all = Vec::new();
     for o in &f.observations {
