@@ -2,6 +2,7 @@
 
 use runner::fmi::{Fmu, FmuInstance, Version, builtin_library};
 use runner::package::{Binary, lint_description, write_archive};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -132,6 +133,25 @@ pub fn check_states(mut instance: FmuInstance, mut fresh: FmuInstance) {
     fresh.set_state(&read).unwrap();
     assert_eq!(load(&mut fresh, 0.2, 5e-4, 1000), first, "deserialised");
     instance.free_state(state).unwrap();
+}
+
+/// The same library gives the same archive to the byte, and in it are these files; returns it, read.
+pub fn check_contents(
+    version: Version,
+    archive: &Path,
+    expected: &[&str],
+) -> zip::ZipArchive<Cursor<Vec<u8>>> {
+    let bytes = std::fs::read(archive).unwrap();
+    let again = tempfile::TempDir::new().unwrap();
+    let path = again.path().join("again.fmu");
+    write_archive(version, &path, &own_library()).unwrap();
+    assert!(std::fs::read(&path).unwrap() == bytes, "two archives of the same contents differ");
+    let zip = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+    let names: Vec<_> = zip.file_names().map(|name| name.unwrap().into_owned()).collect();
+    for file in expected {
+        assert!(names.iter().any(|name| name == file), "{file} is missing in {names:?}");
+    }
+    zip
 }
 
 /// The lint finds every planted problem: descriptions, all made from `good`, with a part of what it shall say.

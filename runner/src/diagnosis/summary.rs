@@ -89,11 +89,13 @@ fn test(f: &Findings, i: usize, o: &Observation) -> TestSummary {
         cycles: o.cycle.iter().max().map_or(0, |c| c + 1),
         left_out: (!o.left_out.is_empty()).then(|| o.left_out.join("; ")),
         specimens: o.factors.len(),
-        specimen_white_mn: noise.specimen_white_mn,
-        white_mn: crate::data::measurement::median(&mut noise.white_mn.as_slice().to_vec()),
-        slow_noise: noise.slow_mn,
-        height_scatter: noise.height_scatter,
-        same_specimens: f.noise.same_specimens,
+        noise: NoiseSummary {
+            specimen_white_mn: noise.specimen_white_mn,
+            white_mn: crate::data::measurement::median(&mut noise.white_mn.as_slice().to_vec()),
+            slow_noise: noise.slow_mn,
+            height_scatter: noise.height_scatter,
+            same_specimens: f.noise.same_specimens,
+        },
     }
 }
 
