@@ -26,7 +26,7 @@ pub enum State {
     Waiting,
 }
 
-/// How far a study is.
+/// Number of units in each state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Status {
     /// [`SCHEMA`].
