@@ -9,12 +9,12 @@
 //! punch's radius, force 1e-4 mN; the consistent force of a mid-side node between closed corners may have any sign, so its pressure
 //! is judged with its corners' by the bilinear functions.
 
+use poropunch::Statistics;
 use poropunch::contact::status::Status;
 use poropunch::element::Stage;
 use poropunch::law::PointMaterial;
 use poropunch::parameters::{IndenterProfile, TimeScheme};
 use poropunch::specimen::{Discretisation, Motion, Patience, Sample, Stepper};
-use poropunch::Statistics;
 use tests::{DEPTH, coarse};
 
 const SPHERE: f64 = 8e-3;
