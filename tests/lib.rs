@@ -4,7 +4,9 @@ pub mod analytical;
 pub mod problem;
 
 use poropunch::motion::protocol::Protocol;
-use poropunch::parameters::{BranchParameters, GeometryParameters, MaterialParameters, OgdenParameters};
+use poropunch::parameters::{
+    BranchParameters, GeometryParameters, MaterialParameters, MeshPreset, OgdenParameters,
+};
 use poropunch::specimen::{Discretisation, Motion, Patience, State};
 use poropunch::{Instance, Model, Outputs, Parameters, Snapshot, Statistics, StepError};
 
@@ -12,6 +14,25 @@ use poropunch::{Instance, Model, Outputs, Parameters, Snapshot, Statistics, Step
 pub const DEPTH: f64 = 1e-3;
 /// Loading rates of protocols P1 and P2 (m/s).
 pub const RATES: [f64; 2] = [1.0e-3, 1.6e-3];
+
+/// Table 1 on the coarse mesh.
+pub fn coarse() -> Parameters {
+    let mut parameters = Parameters::default();
+    parameters.mesh.preset = MeshPreset::Coarse;
+    parameters
+}
+
+/// Moves the punch to `position` (m) within `duration` (s).
+pub fn move_to(instance: &mut Instance, position: f64, duration: f64) {
+    instance.set_displacement(position);
+    instance.advance(duration).expect("the step converges");
+}
+
+/// Moves the punch to `position` (m) until `time` (s).
+pub fn arrive(instance: &mut Instance, position: f64, time: f64) {
+    let duration = time - instance.time();
+    move_to(instance, position, duration);
+}
 
 /// Results of loading to [`DEPTH`] at `rate` (m/s) from first touch and holding, at the given times (s).
 pub fn load_and_hold(parameters: &Parameters, rate: f64, times_s: &[f64]) -> Vec<Outputs> {
@@ -28,8 +49,7 @@ pub fn ramp_and_hold(
     times_s: &[f64],
 ) -> Vec<Outputs> {
     let mut go = |time: f64| {
-        instance.set_displacement(position(time));
-        instance.advance(time - instance.time()).expect("the step converges");
+        arrive(instance, position(time), time);
         instance.outputs()
     };
     let mut results = Vec::new();
@@ -78,15 +98,13 @@ pub fn try_follow(
 /// where the two begin. It is saved in the middle of a step that was integrated ahead; returned as it is.
 pub fn check_restored(model: &Model, starts: [f64; 2], outputs: fn(&Outputs) -> Vec<f64>) -> Snapshot {
     let [mut first, mut second] = starts.map(|start| Instance::new(model, start).expect("above the surface"));
-    first.set_displacement(3e-4);
-    first.advance(0.25).expect("the step converges");
+    move_to(&mut first, 3e-4, 0.25);
     let snapshot = first.save();
     let run = |instance: &mut Instance| -> Vec<u64> {
         instance.restore(&snapshot).expect("its own state");
         let mut bits = Vec::new();
         for k in 0..40 {
-            instance.set_displacement(3e-4 + 1e-5 * f64::from(k.min(20)));
-            instance.advance(0.007).expect("the step converges");
+            move_to(instance, 3e-4 + 1e-5 * f64::from(k.min(20)), 0.007);
             bits.extend(outputs(&instance.outputs()).into_iter().map(f64::to_bits));
         }
         bits

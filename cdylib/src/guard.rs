@@ -58,6 +58,20 @@ fn run(
     }
 }
 
+/// Defines C functions that run their body on an instance, in the phases where they are allowed; that argument, the first, is not
+/// written.
+macro_rules! entry_points {
+    ($($(#[$doc:meta])+ fn $name:ident($($argument:ident: $type:ty),* $(,)?) in $allowed:expr, $body:expr;)+) => {
+        $($(#[$doc])+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(instance: *mut c_void, $($argument: $type),*) -> $crate::guard::Status {
+            // SAFETY: see the top of the file that names the function.
+            unsafe { $crate::guard::call(instance, stringify!($name), $allowed, $body) }
+        })+
+    };
+}
+pub(crate) use entry_points;
+
 /// Why an instance is refused: a name that is none, or a description of another binary.
 pub fn refusal(name: Option<&str>, asked: Option<&str>, own: &str) -> Option<String> {
     if name.is_none_or(|name| name.trim().is_empty()) {

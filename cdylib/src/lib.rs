@@ -8,6 +8,7 @@
 //! which checks the state machine, catches panics and logs the reason of every error.
 
 mod component;
+mod content;
 pub mod fmi2;
 pub mod fmi3;
 mod guard;

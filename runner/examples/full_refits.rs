@@ -51,7 +51,7 @@ fn main() -> Result<(), Error> {
     let found = diagnose(&engine, observations, &unknowns, Given::default(), effort, &mut |what| {
         eprintln!("{what}")
     })?;
-    let Some(refit) = found.decision.refit.map(|k| &found.refits[k]) else {
+    let Some(refit) = found.conclusion.decision.refit.map(|k| &found.round.refits[k]) else {
         return Err("no effect explains a gap of these data: there is no shrinkage".into());
     };
     let active: Vec<&Candidate> = refit.members.iter().map(|&k| &found.candidates[k]).collect();
@@ -60,8 +60,8 @@ fn main() -> Result<(), Error> {
     println!("| split | full refits: median [5, 95 %] | linearised | largest difference | correlation |");
     println!("|---|---|---|---|---|");
     for split in &found.splits {
-        let Some(linear) =
-            Comparison::new(&found.plain, &refit.fit, split, &found.thresholds).filter(|c| c.informative)
+        let Some(linear) = Comparison::new(&found.round.plain, &refit.fit, split, &found.thresholds)
+            .filter(|c| c.informative)
         else {
             continue;
         };
@@ -77,7 +77,7 @@ fn main() -> Result<(), Error> {
                 let fitted = fit(setup, active, &known, &plan, &mut |_| {})?;
                 Ok(fitted.seen_with(setup, active, covariance)?)
             };
-            let (plain, extended) = (again(&found.plain, &[])?, again(&refit.fit, &active)?);
+            let (plain, extended) = (again(&found.round.plain, &[])?, again(&refit.fit, &active)?);
             let full = Comparison::new(&plain, &extended, split, &found.thresholds)
                 .and_then(|c| part(&c.distances_mn([&plain.gap_mn, &extended.gap_mn], &noise)));
             pairs.extend(full.zip(part(&linear.linear_distances_mn(&noise))));

@@ -1,6 +1,6 @@
 //! `name=value[unit]`: how people give parameters, checked against the FMU's description.
 
-use crate::fmi::{ScalarVariable, VariableKind};
+use crate::fmi::{Range, ScalarVariable, VariableKind};
 use crate::pool::Wiring;
 use crate::units::{Unit, UnitError, parse_quantity};
 use std::collections::BTreeMap;
@@ -152,10 +152,10 @@ pub fn number_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingEr
 /// # Errors
 /// When it is outside the variable's bounds, or no number.
 pub fn admissible(variable: &ScalarVariable, number: f64) -> Result<f64, SettingError> {
-    let (min, max) = (variable.min.unwrap_or(f64::NEG_INFINITY), variable.max.unwrap_or(f64::INFINITY));
-    if (min..=max).contains(&number) {
+    if variable.range.contains(number) {
         return Ok(number);
     }
+    let Range { min, max } = variable.range;
     let unit = variable.unit.iter().filter(|u| *u != "1").map(|u| format!(" {u}")).collect();
     Err(SettingError::OutOfRange { name: variable.name.clone(), value: number, min, max, unit })
 }

@@ -9,6 +9,16 @@ pub mod partial_slip;
 pub mod sphere;
 pub mod unconfined;
 
+/// Where a rising `f` passes 0 between -1 and 1, by bisection to rounding.
+pub fn rising_zero(f: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (-1.0, 1.0);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if f(middle) > 0.0 { high = middle } else { low = middle }
+    }
+    low
+}
+
 /// Where `f` changes its sign between `from` and `to`, by bisection in steps no longer than `step`.
 fn roots(f: impl Fn(f64) -> f64, from: f64, to: f64, step: f64) -> Vec<f64> {
     let count = ((to - from) / step).ceil();

@@ -17,7 +17,7 @@ mod blocks;
 mod snapshots;
 
 use super::end_to_end::program::repository;
-use super::wheel::{python, staged, succeed};
+use super::wheel::{environment, python, staged, succeed};
 use blocks::{Block, Mark, blocks};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -120,21 +120,8 @@ fn long_commands() {
 #[ignore = "long: installs libcosimpy and ecospy from PyPI"]
 fn importers() {
     let (folder, place) = built();
-    let environment = folder.path().join("environment");
-    succeed(Command::new(python()).args(["-m", "venv", "--system-site-packages"]).arg(&environment));
-    let bin = environment.join("bin");
-    let install = [
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        "fmpy==0.3.32",
-        "libcosimpy",
-        "ecospy",
-        "tbb",
-    ];
-    succeed(Command::new(bin.join("python")).args(install));
+    let packages = ["fmpy==0.3.32", "libcosimpy", "ecospy", "tbb"];
+    let bin = environment(folder.path(), &["--system-site-packages"], &packages);
     let place = Place::new(&[bin, folder.path().join("bin")], place.packages);
     run_page("runner/docs/pages/fmi.md", &place, &[Mark::Importers], Some(Mark::Importers));
 }
@@ -143,13 +130,10 @@ fn importers() {
 #[ignore = "long: compiles runner again with the features of the extension module, and installs from PyPI"]
 fn pages_from_the_wheel() {
     let folder = tempfile::tempdir().unwrap();
-    let environment = folder.path().join("environment");
-    succeed(Command::new(python()).args(["-m", "venv"]).arg(&environment));
     // What README's block for FMPy asks for in its first line.
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "fmpy"];
-    succeed(Command::new(environment.join("bin/python")).args(install));
+    let bin = environment(folder.path(), &[], &["fmpy"]);
     for page in pages() {
-        let place = Place::new(&[environment.join("bin")], None);
+        let place = Place::new(&[bin.clone()], None);
         run_page(&page, &place, &[Mark::Wheel], Some(Mark::Wheel));
     }
 }

@@ -1,7 +1,7 @@
 //! What `identify` can be asked for, on the quick third-party FMU.
 
 use super::program::{column, directory, fail, json, refuse, repository, run, succeed, text};
-use super::third_party::{WIRING, build, measurement};
+use super::third_party::{WIRING, bench, build, measurement};
 use serde_json::Value;
 use std::path::Path;
 
@@ -48,9 +48,8 @@ fn several_measurements_free_fixed_tied_and_validation() {
 
 #[test]
 fn failing_runs_shrink_the_step_and_are_counted() {
-    let d = directory();
-    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let out = d.path().join("out");
     // From far below, the first steps of plain least squares overshoot into the region where the FMU refuses.
     let arguments = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--noise", "none"];
     let fit = ["--free", "k_slow,k_fast", "--start", "k_slow=0.5", "--bounds", "k_slow=0.1:100"];
@@ -69,9 +68,7 @@ fn failing_runs_shrink_the_step_and_are_counted() {
 
 #[test]
 fn many_starts_are_repeatable_and_quiet_without_a_terminal() {
-    let d = directory();
-    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
     let fit = |out: &str, seed: &str| {
         let out = d.path().join(out);
         let arguments = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--starts", "4"];
@@ -107,9 +104,8 @@ fn the_standard_mesh_by_its_name_is_the_default() {
 
 #[test]
 fn report_renders_again() {
-    let d = directory();
-    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let out = d.path().join("out");
     let arguments = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out)];
     let fit = ["--free", "k_slow", "--bounds", "k_slow=0.1:100", "--set", "k_fast=8", "--set", "tau=1.2s"];
     succeed(&[&arguments[..], &fit[..], &WIRING[..]].concat());
@@ -125,9 +121,8 @@ fn report_renders_again() {
 /// Goal: a profile is asked for by name, and of a force that is linear in the parameter its interval is the linearised one.
 #[test]
 fn a_profile_is_made_of_what_is_asked_for() {
-    let d = directory();
-    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let out = d.path().join("out");
     let fit = |more: &[&str]| {
         let base = ["identify", text(&data), "--fmu", text(&fmu), "--out", text(&out), "--noise", "none"];
         let free = ["--free", "k_slow,k_fast", "--bounds", "k_slow=0.1:100", "--bounds", "k_fast=0.1:100"];
@@ -156,9 +151,7 @@ fn a_profile_is_made_of_what_is_asked_for() {
 /// Goal: two samples that the amplifier spoiled do not spoil a robust fit. Reference: the fit without them.
 #[test]
 fn outliers_do_not_spoil_a_robust_fit() {
-    let d = directory();
-    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
     let good = std::fs::read_to_string(&data).expect("the data");
     let spoiled = |(i, line): (usize, &str)| match (i, line.rsplit_once(',')) {
         (20 | 21, Some((before, force))) => {

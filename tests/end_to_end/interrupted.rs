@@ -1,7 +1,7 @@
 //! Stopping and killing: nothing is lost, and resuming gives the very same result.
 
 use super::program::{directory, fail, json, repository, runner, succeed, text};
-use super::third_party::{WIRING, build, measurement};
+use super::third_party::{WIRING, bench, measurement};
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
@@ -54,9 +54,7 @@ fn essence(out: &Path) -> serde_json::Value {
 
 #[test]
 fn a_killed_fit_resumes_to_the_same_result() {
-    let d = directory();
-    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
     let (whole, killed) = (d.path().join("whole"), d.path().join("killed"));
     succeed(&slow_fit(text(&data), text(&fmu), text(&whole)));
     let expected = essence(&whole);
@@ -116,9 +114,8 @@ fn a_hundred_kills_end_equal() {
 #[test]
 #[cfg(unix)]
 fn ctrl_c_stops_cleanly_and_keeps_the_best_point() {
-    let d = directory();
-    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let out = d.path().join("out");
     let arguments = slow_fit(text(&data), text(&fmu), text(&out));
     let child = start_until(10, &arguments, &out.join("cache"));
     let status = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
@@ -136,9 +133,8 @@ fn ctrl_c_stops_cleanly_and_keeps_the_best_point() {
 
 #[test]
 fn resume_refuses_what_does_not_fit() {
-    let d = directory();
-    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let out = d.path().join("out");
     let error = fail(&["identify", "--resume", "--out", text(&out)]);
     assert!(error.contains("nothing to resume"), "{error}");
     let mut quick = slow_fit(text(&data), text(&fmu), text(&out));

@@ -4,7 +4,7 @@
 //! file, line, field and remedy.
 
 use super::program::{column, directory, fail, json, refuse, repository, runner, succeed, text};
-use super::third_party::{WIRING, build, measurement};
+use super::third_party::{WIRING, bench, build, measurement, wired};
 use std::path::Path;
 
 /// A file with the data of the third-party solid, and a job that fits it.
@@ -131,10 +131,8 @@ fn one_job_describes_a_test_to_all_commands() {
 
 #[test]
 fn a_simulation_a_table_and_a_validation_are_repeated() {
-    let d = directory();
-    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
-    measurement(&data, 4.0, 6.0, 2.0);
-    let wired = [&["--fmu", text(&fmu)], &WIRING[..]].concat();
+    let (d, fmu, data) = bench(4.0, 6.0, 2.0);
+    let wired = wired(&fmu);
     let (one, two) = (d.path().join("one"), d.path().join("two"));
     succeed(&[&["simulate", text(&data), "--set", "k_slow=5", "--out", text(&one)], &wired[..]].concat());
     succeed(&["simulate", "--job", text(&one.with_extension("toml")), "--out", text(&two)]);

@@ -3,7 +3,7 @@
 use super::program::{
     column, directory, fail, json, one_line, refuse, repository, run, runner, succeed, text,
 };
-use super::third_party::{WIRING, build, measurement};
+use super::third_party::{WIRING, bench, build, measurement};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -70,9 +70,8 @@ fn a_series_of_fields_replaces_only_its_own() {
 
 #[test]
 fn a_directory_is_locked_and_holds_one_run() {
-    let d = directory();
-    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let out = d.path().join("out");
     let fit = quick_fit(text(&data), text(&fmu), text(&out));
     let mut slow = Command::new(env!("CARGO_BIN_EXE_runner"));
     let slow = slow.args(&fit).args(["--set", "delay_ms=20"]).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -105,9 +104,8 @@ fn a_directory_is_locked_and_holds_one_run() {
 
 #[test]
 fn exit_codes_are_those_of_the_help() {
-    let d = directory();
-    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let out = d.path().join("out");
     assert!(succeed(&["--help"]).contains("3 the fit did not converge"));
     let fit = quick_fit(text(&data), text(&fmu), text(&out));
     refuse(0, &fit);

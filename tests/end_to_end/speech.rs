@@ -3,7 +3,7 @@
 
 use super::lag;
 use super::program::{self, directory, json, repository, run, succeed, text};
-use super::third_party::{WIRING, build, measurement};
+use super::third_party::{bench, wired};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -57,10 +57,8 @@ fn schemas_are_current() {
 /// Goal: what is written is what the schemas say, and `--json` prints the same.
 #[test]
 fn results_follow_their_schemas() {
-    let d = directory();
-    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
-    measurement(&data, 3.0, 8.0, 1.2);
-    let wired = [&["--fmu", text(&fmu)], &WIRING[..]].concat();
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let wired = wired(&fmu);
     let bounds = ["k_slow=0.1:100", "k_fast=0.1:100", "tau=0.05:50s"].map(|b| ["--bounds", b]).concat();
     let follows = |name: &str, file: Option<&Path>, stdout: &[u8]| {
         let printed: Value = serde_json::from_slice(stdout).expect("one JSON");
@@ -100,10 +98,8 @@ fn results_follow_their_schemas() {
 
 #[test]
 fn progress_is_one_json_per_line() {
-    let d = directory();
-    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
-    measurement(&data, 3.0, 8.0, 1.2);
-    let wired = [&["--fmu", text(&fmu)], &WIRING[..]].concat();
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let wired = wired(&fmu);
     let out = d.path().join("fit");
     let asked =
         ["identify", text(&data), "--free", "k_slow", "--bounds", "k_slow=0.1:100", "--out", text(&out)];

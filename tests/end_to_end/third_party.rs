@@ -4,9 +4,23 @@ use super::program::{column, directory, fail, json, succeed, text};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use tempfile::TempDir;
 
 /// Input and output of the third-party FMU on the command line.
 pub const WIRING: [&str; 4] = ["--input", "indent", "--output", "load"];
+
+/// The FMU on the command line, with its input and output.
+pub fn wired(fmu: &Path) -> Vec<&str> {
+    [&["--fmu", text(fmu)], &WIRING[..]].concat()
+}
+
+/// A directory with the FMU and a measurement of that solid: the directory, and the places of both.
+pub fn bench(slow: f64, fast: f64, tau: f64) -> (TempDir, PathBuf, PathBuf) {
+    let d = directory();
+    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
+    measurement(&data, slow, fast, tau);
+    (d, fmu, data)
+}
 
 /// Compiles the FMU into `directory`; returns its folder.
 pub fn build(directory: &Path) -> PathBuf {
@@ -45,9 +59,8 @@ pub fn measurement(file: &Path, slow: f64, fast: f64, tau: f64) {
 
 #[test]
 fn simulate_follows_the_closed_form_in_its_own_units() {
-    let d = directory();
-    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("curve"));
-    measurement(&data, 4.0, 6.0, 2.0);
+    let (d, fmu, data) = bench(4.0, 6.0, 2.0);
+    let out = d.path().join("curve");
     succeed(&[&["simulate", text(&data), "--fmu", text(&fmu), "--out", text(&out)], &WIRING[..]].concat());
     let csv = out.with_extension("csv");
     let (times, forces) = (column(&csv, "time_s"), column(&csv, "force_mN"));
@@ -62,9 +75,8 @@ fn simulate_follows_the_closed_form_in_its_own_units() {
 
 #[test]
 fn identify_recovers_its_parameters() {
-    let d = directory();
-    let (fmu, data, out) = (build(d.path()), d.path().join("m.csv"), d.path().join("out"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (d, fmu, data) = bench(3.0, 8.0, 1.2);
+    let out = d.path().join("out");
     let fit = ["--free", "k_slow,k_fast,tau", "--bounds", "k_slow=0.1:100", "--bounds", "k_fast=0.1:100"];
     let more = ["--bounds", "tau=50ms:50s", "--out", text(&out), "--fmu", text(&fmu)];
     succeed(&[&["identify", text(&data)], &fit[..], &more[..], &WIRING[..]].concat());
@@ -79,9 +91,7 @@ fn identify_recovers_its_parameters() {
 
 #[test]
 fn missing_names_units_and_bounds_are_explained() {
-    let d = directory();
-    let (fmu, data) = (build(d.path()), d.path().join("m.csv"));
-    measurement(&data, 3.0, 8.0, 1.2);
+    let (_d, fmu, data) = bench(3.0, 8.0, 1.2);
     let base = ["identify", text(&data), "--fmu", text(&fmu)];
     let with = |more: &[&str]| fail(&[&base[..], more].concat());
     let error = with(&[]);

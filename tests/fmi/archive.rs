@@ -1,9 +1,9 @@
 //! A. The archive: valid, complete, reproducible, and the lint that finds what validators miss.
 
-use super::support::{archive, check_lint, fmu, get, initialise, own_library, python};
+use super::support::{archive, check_contents, check_lint, fmu, get, initialise, python};
 use poropunch::model_description::{guid, xml};
 use runner::fmi::{Version, builtin_library};
-use runner::package::{lint, write_archive};
+use runner::package::lint;
 use std::io::Read;
 use std::path::Path;
 use std::process::Command;
@@ -32,10 +32,7 @@ fn our_lint_finds_each_planted_problem() {
     };
     let planted = [
         (swapped, "InitialUnknowns are not in ascending order"),
-        (good.replacen("valueReference=\"1\"", "valueReference=\"0\"", 1), "value reference 0 is used twice"),
-        (good.replacen("start=\"0.032\"", "start=\"-1.0\"", 1), "outside its own range"),
         (good.replacen("start=\"0.032\"", "start=\"NaN\"", 1), "is not finite"),
-        (good.replacen(" start=\"0.032\"", "", 1), "no start value"),
         (
             good.replacen("canGetAndSetFMUstate=\"true\"", "canGetAndSetFMUstate=\"false\"", 1),
             "canSerializeFMUstate without canGetAndSetFMUstate",
@@ -44,14 +41,10 @@ fn our_lint_finds_each_planted_problem() {
             good.replacen("modelIdentifier=\"poropunch\"", "modelIdentifier=\"poro-punch\"", 1),
             "not a C identifier",
         ),
-        (good.replacen("name=\"force_solid\"", "name=\"force\"", 1), "the name is used twice"),
         (good.replacen("<BaseUnit m=\"1\"/>", "", 1), "no BaseUnit"),
-        (good.replacen("Unit name=\"N\"", "Unit name=\"kN\"", 1), "its unit is not defined"),
         (good.replacen(guid(), " ", 1), "the GUID is empty"),
-        (good.replacen(" dependencies=\"\"", "", 1), "no dependencies"),
         (good.replacen(" nominal=\"1e-15\"", "", 1).replacen(" nominal=\"0.01\"", "", 1), "no nominal value"),
         (good.replacen("rad=\"1\"", "", 1), "unit rad"),
-        (good.replacen(" tolerance=", " notTolerance=", 1), "DefaultExperiment: no tolerance"),
         (good.replace("the fluid part", "the solid part"), "the description of another"),
     ];
     check_lint(&good, planted);
@@ -224,15 +217,7 @@ fn our_lint_finds_what_is_wrong_with_the_files() {
 
 #[test]
 fn has_everything_and_is_the_same_byte_for_byte() {
-    let bytes = std::fs::read(archive()).unwrap();
-    let again = tempfile::TempDir::new().unwrap();
-    let path = again.path().join("again.fmu");
-    write_archive(Version::Two, &path, &own_library()).unwrap();
-    assert!(std::fs::read(&path).unwrap() == bytes, "two archives of the same contents differ");
-
-    let mut zip = zip::ZipArchive::new(std::io::Cursor::new(bytes)).unwrap();
-    let names: Vec<_> = zip.file_names().map(|name| name.unwrap().into_owned()).collect();
-    for expected in [
+    let expected = [
         "modelDescription.xml",
         "model.png",
         "documentation/index.html",
@@ -240,9 +225,8 @@ fn has_everything_and_is_the_same_byte_for_byte() {
         "documentation/licenses/third-party.txt",
         "binaries/linux64/poropunch.so",
         "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml",
-    ] {
-        assert!(names.iter().any(|name| name == expected), "{expected} is missing in {names:?}");
-    }
+    ];
+    let mut zip = check_contents(Version::Two, archive(), &expected);
     let mut page = String::new();
     zip.by_name("documentation/index.html").unwrap().read_to_string(&mut page).unwrap();
     for variable in &fmu().description().variables {

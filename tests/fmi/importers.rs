@@ -4,10 +4,10 @@
 //! displacements that the importer reports.
 
 use super::support::{archive, archive3, get, python, read_rows, reference, rows, running_p2};
-use poropunch::parameters::MeshPreset;
-use poropunch::{Instance, Model, Parameters};
+use poropunch::{Instance, Model};
 use std::path::Path;
 use std::process::Command;
+use tests::{coarse, move_to};
 
 /// Columns of importer.py: time, displacement, force, its solid and fluid part, stored energy.
 type Row = Vec<f64>;
@@ -20,14 +20,11 @@ fn fmpy(way: &str, step: f64) -> Vec<Row> {
 }
 
 fn native(rows: &[Row]) -> Vec<Row> {
-    let mut parameters = Parameters::default();
-    parameters.mesh.preset = MeshPreset::Coarse;
-    let model = Model::new(parameters).unwrap();
+    let model = Model::new(coarse()).unwrap();
     let mut instance = Instance::new(&model, rows[0][1]).unwrap();
     let mut result = Vec::new();
     for pair in rows.windows(2) {
-        instance.set_displacement(pair[1][1]);
-        instance.advance(pair[1][0] - pair[0][0]).unwrap();
+        move_to(&mut instance, pair[1][1], pair[1][0] - pair[0][0]);
         let o = instance.outputs();
         result.push(vec![pair[1][0], o.displacement, o.force, o.force_solid, o.force_fluid, o.stored_energy]);
     }

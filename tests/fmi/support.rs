@@ -2,6 +2,7 @@
 
 use runner::fmi::{Fmu, FmuInstance, Version, builtin_library};
 use runner::package::{Binary, lint_description, write_archive};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -134,9 +135,37 @@ pub fn check_states(mut instance: FmuInstance, mut fresh: FmuInstance) {
     instance.free_state(state).unwrap();
 }
 
+/// The same library gives the same archive to the byte, and in it are these files; returns it, read.
+pub fn check_contents(
+    version: Version,
+    archive: &Path,
+    expected: &[&str],
+) -> zip::ZipArchive<Cursor<Vec<u8>>> {
+    let bytes = std::fs::read(archive).unwrap();
+    let again = tempfile::TempDir::new().unwrap();
+    let path = again.path().join("again.fmu");
+    write_archive(version, &path, &own_library()).unwrap();
+    assert!(std::fs::read(&path).unwrap() == bytes, "two archives of the same contents differ");
+    let zip = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+    let names: Vec<_> = zip.file_names().map(|name| name.unwrap().into_owned()).collect();
+    for file in expected {
+        assert!(names.iter().any(|name| name == file), "{file} is missing in {names:?}");
+    }
+    zip
+}
+
 /// The lint finds every planted problem: descriptions, all made from `good`, with a part of what it shall say.
 pub fn check_lint(good: &str, planted: impl IntoIterator<Item = (String, &'static str)>) {
-    for (xml, expected) in planted {
+    let of_both = [
+        (good.replacen("valueReference=\"1\"", "valueReference=\"0\"", 1), "value reference 0 is used twice"),
+        (good.replacen("start=\"0.032\"", "start=\"-1.0\"", 1), "outside its own range"),
+        (good.replacen(" start=\"0.032\"", "", 1), "no start value"),
+        (good.replacen("name=\"force_solid\"", "name=\"force\"", 1), "the name is used twice"),
+        (good.replacen("Unit name=\"N\"", "Unit name=\"kN\"", 1), "its unit is not defined"),
+        (good.replacen(" dependencies=\"\"", "", 1), "no dependencies"),
+        (good.replacen(" tolerance=", " notTolerance=", 1), "DefaultExperiment: no tolerance"),
+    ];
+    for (xml, expected) in of_both.into_iter().chain(planted) {
         assert_ne!(xml, good, "nothing planted for: {expected}");
         let problems = lint_description(&xml).unwrap();
         assert!(problems.iter().any(|p| p.contains(expected)), "not found: {expected}; found {problems:?}");

@@ -1,16 +1,14 @@
 //! Energy and dissipation.
 
-use poropunch::parameters::MeshPreset;
-use poropunch::{Instance, Model, Parameters};
-use tests::{DEPTH, RATES, load_and_hold};
+use poropunch::{Instance, Model};
+use tests::{DEPTH, RATES, coarse, load_and_hold, move_to};
 
 /// Goal: external work = stored energy + viscous dissipation + porous dissipation.
 /// Set-up: P2's load and hold, Table 1, coarse mesh, tight time tolerance.
 /// Tolerance: 0.2 % of the work at every checked time.
 #[test]
 fn work_is_stored_or_dissipated() {
-    let mut parameters = Parameters::default();
-    parameters.mesh.preset = MeshPreset::Coarse;
+    let mut parameters = coarse();
     parameters.solver.tolerance = 1e-5;
     for o in load_and_hold(&parameters, RATES[1], &[0.1, 0.625, 1.0, 10.0, 90.0]) {
         let spent = o.stored_energy + o.viscous_dissipation + o.porous_dissipation;
@@ -26,8 +24,7 @@ fn work_is_stored_or_dissipated() {
 fn dissipated_energies_never_fall() {
     let points = 5;
     for (scale_g, scale_eta, scale_k) in [(1.0, 1.0, 1.0), (1.5, 0.5, 1e3)] {
-        let mut parameters = Parameters::default();
-        parameters.mesh.preset = MeshPreset::Coarse;
+        let mut parameters = coarse();
         parameters.material.equilibrium.mu *= scale_g;
         parameters.material.permeability *= scale_k;
         for branch in &mut parameters.material.branches {
@@ -42,8 +39,11 @@ fn dissipated_energies_never_fall() {
         for (duration, depth) in path {
             for k in 1..=points {
                 let part = f64::from(k) / f64::from(points);
-                instance.set_displacement((reached + (depth - reached) * part) * DEPTH);
-                instance.advance(duration / f64::from(points)).unwrap();
+                move_to(
+                    &mut instance,
+                    (reached + (depth - reached) * part) * DEPTH,
+                    duration / f64::from(points),
+                );
                 let o = instance.outputs();
                 let rounding = 1e-12 * o.external_work;
                 assert!(

@@ -6,13 +6,7 @@ use poropunch::parameters::MeshPreset;
 use poropunch::specimen::{Discretisation, Motion, Patience, Sample, Stepper};
 use poropunch::{Instance, Model, Outputs, Parameters, Statistics, StepError};
 use runner::data::{Wanted, protocol_of, read};
-use tests::{DEPTH, follow, try_follow};
-
-fn coarse() -> Parameters {
-    let mut parameters = Parameters::default();
-    parameters.mesh.preset = MeshPreset::Coarse;
-    parameters
-}
+use tests::{DEPTH, arrive, coarse, follow, move_to, try_follow};
 
 /// Goal: all six cycles of both protocols are simulated; the punch never pulls, is free of force while it is
 /// above the surface, and the energies balance through every opening and closing. Set-up: Table 1, coarse mesh,
@@ -65,14 +59,12 @@ fn check_six_cycles(preset: MeshPreset, protocols: &[Trapezoid]) {
 fn separation_is_continuous() {
     let model = Model::new(coarse()).unwrap();
     let mut instance = Instance::new(&model, 0.0).unwrap();
-    instance.set_displacement(DEPTH);
-    instance.advance(0.625).unwrap();
+    move_to(&mut instance, DEPTH, 0.625);
     let peak = instance.outputs().force;
     instance.advance(90.0).unwrap();
     let mut last = instance.outputs();
     for k in 1..=400 {
-        instance.set_displacement(DEPTH * (1.0 - f64::from(k) / 400.0));
-        instance.advance(1.0 / 400.0).unwrap();
+        move_to(&mut instance, DEPTH * (1.0 - f64::from(k) / 400.0), 1.0 / 400.0);
         let o = instance.outputs();
         assert!((o.force - last.force).abs() < 0.05 * peak, "{k}: {} after {}", o.force, last.force);
         let largest = o.force.max(last.force) * DEPTH / 400.0;
@@ -101,19 +93,17 @@ fn slices_do_not_matter_through_contact() {
 fn restored_runs_are_bit_identical() {
     let model = Model::new(coarse()).unwrap();
     let mut first = Instance::new(&model, 0.0).unwrap();
-    first.set_displacement(DEPTH);
-    first.advance(0.625).unwrap();
+    move_to(&mut first, DEPTH, 0.625);
     first.advance(10.0).unwrap();
     for depth in [0.75 * DEPTH, 0.7 * DEPTH, -0.2 * DEPTH] {
-        first.set_displacement(depth);
-        first.advance((first.outputs().displacement - depth) / 1e-3).unwrap();
+        let duration = (first.outputs().displacement - depth) / 1e-3;
+        move_to(&mut first, depth, duration);
         let snapshot = first.save();
         let run = |instance: &mut Instance| -> Vec<u64> {
             instance.restore(&snapshot).unwrap();
             (0..30)
                 .map(|k| {
-                    instance.set_displacement(depth + DEPTH * 0.05 * f64::from(k - 15).abs() - 0.75 * DEPTH);
-                    instance.advance(0.05).unwrap();
+                    move_to(instance, depth + DEPTH * 0.05 * f64::from(k - 15).abs() - 0.75 * DEPTH, 0.05);
                     instance.outputs().force.to_bits()
                 })
                 .collect()
@@ -131,18 +121,15 @@ fn restored_runs_are_bit_identical() {
 fn unusual_motions() {
     let model = Model::new(coarse()).unwrap();
     let mut instance = Instance::new(&model, -1e-4).unwrap();
-    instance.set_displacement(0.5 * DEPTH);
-    instance.advance(1e-3).unwrap();
+    move_to(&mut instance, 0.5 * DEPTH, 1e-3);
     assert!(instance.outputs().force > 0.0);
-    instance.set_displacement(-0.5);
-    instance.advance(1e-3).unwrap();
+    move_to(&mut instance, -0.5, 1e-3);
     instance.advance(1e5).unwrap();
     assert_eq!(instance.outputs().force, 0.0);
     assert!(instance.outputs().stored_energy < 1e-3 * instance.outputs().external_work);
     instance.set_displacement(0.02);
     assert!(matches!(instance.advance(1.0), Err(StepError::TooDeep { .. })));
-    instance.set_displacement(0.3 * DEPTH);
-    instance.advance(1.0).unwrap();
+    move_to(&mut instance, 0.3 * DEPTH, 1.0);
     assert!(instance.outputs().force > 0.0);
 }
 
@@ -251,8 +238,7 @@ fn the_first_cycle_is_that_of_prescribed_displacements() {
             let loading = trapezoid.first_hold().unwrap();
             let mut instance = Instance::new(&Model::new(p).unwrap(), loading.points()[0].1).unwrap();
             let mut at = |time: f64| {
-                instance.set_displacement(loading.displacement(time));
-                instance.advance(time - instance.time()).unwrap();
+                arrive(&mut instance, loading.displacement(time), time);
                 instance.outputs().force
             };
             let peak = loading.points()[1].0;
@@ -272,8 +258,7 @@ fn a_pressed_face_does_not_slip_whatever_the_friction() {
         let mut parameters = coarse();
         parameters.boundary.friction = friction;
         let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
-        instance.set_displacement(DEPTH);
-        instance.advance(0.625).unwrap();
+        move_to(&mut instance, DEPTH, 0.625);
         instance.outputs().force.to_bits()
     };
     assert_eq!(force(0.01), force(10.0));
@@ -362,8 +347,7 @@ fn costs(preset: MeshPreset) -> Vec<(&'static str, u64, u64)> {
         let mut instance = Instance::new(&Model::new(parameters).unwrap(), gap.min(0.0)).unwrap();
         let mut first = 0;
         for &(time, displacement) in &protocol.points()[1..] {
-            instance.set_displacement(displacement);
-            instance.advance(time - start - instance.time()).unwrap();
+            arrive(&mut instance, displacement, time - start);
             if time - start <= second + 0.5 {
                 first = instance.statistics().iterations;
             }

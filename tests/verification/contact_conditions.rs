@@ -9,13 +9,13 @@
 //! punch's radius, force 1e-4 mN; the consistent force of a mid-side node between closed corners may have any sign, so its pressure
 //! is judged with its corners' by the bilinear functions.
 
+use poropunch::Statistics;
 use poropunch::contact::status::Status;
 use poropunch::element::Stage;
 use poropunch::law::PointMaterial;
-use poropunch::parameters::{IndenterProfile, MeshPreset, TimeScheme};
+use poropunch::parameters::{IndenterProfile, TimeScheme};
 use poropunch::specimen::{Discretisation, Motion, Patience, Sample, Stepper};
-use poropunch::{Parameters, Statistics};
-use tests::DEPTH;
+use tests::{DEPTH, coarse};
 
 const SPHERE: f64 = 8e-3;
 const SLACK_M: f64 = 2e-9;
@@ -34,8 +34,7 @@ enum Hold {
 /// any force on an open node (N), a shear that friction does not bear (N) and a slip along the friction (m); and the numbers of states in which the
 /// face was partly open, and in which it partly slid under pressure.
 fn violations(profile: IndenterProfile, hold: Hold) -> ([f64; 6], [usize; 2]) {
-    let mut parameters = Parameters::default();
-    parameters.mesh.preset = MeshPreset::Coarse;
+    let mut parameters = coarse();
     parameters.solver.time_scheme = TimeScheme::BackwardEuler;
     parameters.boundary.bonded_punch = hold != Hold::Nothing;
     if hold == Hold::Friction {

@@ -3,7 +3,7 @@
 use poropunch::parameters::MeshPreset;
 use poropunch::specimen::Sample;
 use poropunch::{Instance, Model, Parameters, Statistics};
-use tests::DEPTH;
+use tests::{DEPTH, move_to};
 
 /// Counts differ a little between processors, whose vector instructions round differently.
 const SLACK: f64 = 0.03;
@@ -18,8 +18,7 @@ fn parameters(preset: MeshPreset, sensitivities: bool) -> Parameters {
 fn cycle(parameters: Parameters) -> Statistics {
     let mut instance = Instance::new(&Model::new(parameters).unwrap(), -1e-4).unwrap();
     for (duration, displacement) in [(1.1 / 1.6, DEPTH), (90.0, DEPTH)] {
-        instance.set_displacement(displacement);
-        instance.advance(duration).unwrap();
+        move_to(&mut instance, displacement, duration);
     }
     instance.statistics()
 }

@@ -7,7 +7,7 @@
 use poropunch::parameters::{BoundaryParameters, GeometryParameters};
 use poropunch::{Instance, Model, Parameters};
 use tests::analytical::{half_space, layer};
-use tests::poroelastic;
+use tests::{move_to, poroelastic};
 
 const SHEAR: f64 = 500.0;
 const RADIUS: f64 = 1e-3;
@@ -28,8 +28,7 @@ fn force(nu: Option<f64>, height: f64, depth: f64) -> f64 {
         ..Default::default()
     };
     let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
-    instance.set_displacement(depth);
-    instance.advance(1.0).unwrap();
+    move_to(&mut instance, depth, 1.0);
     instance.advance(1e3).unwrap();
     instance.outputs().force
 }

@@ -8,7 +8,7 @@ use poropunch::parameters::{
 use poropunch::{Instance, Model, Outputs, ParameterError, Parameters, StepError};
 use std::f64::consts::PI;
 use tests::analytical::{half_space, unconfined};
-use tests::{DEPTH, follow, poroelastic};
+use tests::{DEPTH, coarse, follow, move_to, poroelastic};
 
 const SHEAR: f64 = 500.0;
 const SPHERE: f64 = 20e-3;
@@ -53,8 +53,7 @@ fn undrained(profile: IndenterProfile) -> Parameters {
 fn forces(parameters: &Parameters, depths: &[f64]) -> Vec<f64> {
     let mut instance = Instance::new(&Model::new(parameters.clone()).unwrap(), 0.0).unwrap();
     let mut at = |depth: &f64| {
-        instance.set_displacement(*depth);
-        instance.advance(1.0).unwrap();
+        move_to(&mut instance, *depth, 1.0);
         instance.outputs().force
     };
     depths.iter().map(&mut at).collect()
@@ -146,8 +145,7 @@ fn a_rounded_edge_takes_its_part_of_the_force() {
         parameters.mesh.preset = MeshPreset::Standard;
         parameters.indenter.edge_radius = edge_radius;
         let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
-        instance.set_displacement(depth);
-        instance.advance(0.625).unwrap();
+        move_to(&mut instance, depth, 0.625);
         instance.outputs().force
     };
     let sharp = force(0.0);
@@ -181,8 +179,7 @@ fn a_sharp_frictionless_edge_moves_with_the_skeleton() {
         parameters.indenter.edge_radius = edge_radius;
         parameters.material.lambda_star = lambda_star.unwrap_or(parameters.material.lambda_star);
         let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
-        instance.set_displacement(depth);
-        instance.advance(1.0).unwrap();
+        move_to(&mut instance, depth, 1.0);
         instance.advance(99.0).unwrap();
         instance.outputs().force
     };
@@ -219,8 +216,7 @@ fn unconfined_compression_of_armstrong() {
     let strain = 1e-4;
     let scale = 2.0 * SHEAR * (1.0 + nu) * strain * PI * radius * radius;
     let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
-    instance.set_displacement(strain * height);
-    instance.advance(1e-6 * unit).unwrap();
+    move_to(&mut instance, strain * height, 1e-6 * unit);
     let mut now = 0.0;
     for tau in [0.001, 0.01, 0.05, 0.1, 0.2, 0.5] {
         instance.advance((tau - now) * unit).unwrap();
@@ -236,8 +232,7 @@ fn relaxation(profile: IndenterProfile, depth: f64, contact: f64, times: &[f64])
     let parameters = on_block(profile, mobility);
     let unit = contact * contact / (mobility * (BULK + 4.0 * SHEAR / 3.0));
     let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
-    instance.set_displacement(depth);
-    instance.advance(1e-7 * unit).unwrap();
+    move_to(&mut instance, depth, 1e-7 * unit);
     let first = instance.outputs().force;
     let mut now = 0.0;
     let mut curve = Vec::new();
@@ -328,8 +323,7 @@ fn whole_cycles_of_every_profile() {
 fn sensitivities_of_a_sphere() {
     for bonded_punch in [false, true] {
         let run = |factor: f64, sensitivities: bool| {
-            let mut parameters = Parameters::default();
-            parameters.mesh.preset = MeshPreset::Coarse;
+            let mut parameters = coarse();
             parameters.solver.tolerance = 3e-5;
             parameters.solver.sensitivities = sensitivities;
             parameters.indenter.profile = IndenterProfile::Sphere;
@@ -338,8 +332,7 @@ fn sensitivities_of_a_sphere() {
             let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
             let mut results = Vec::new();
             for (duration, to) in [(0.15, 0.25 * DEPTH), (2.0, 0.25 * DEPTH), (0.1, 0.15 * DEPTH)] {
-                instance.set_displacement(to);
-                instance.advance(duration).unwrap();
+                move_to(&mut instance, to, duration);
                 // The equilibrium's mu follows n0S, lambda*, viscosity and permeability.
                 results.push((instance.outputs().force, instance.sensitivities().get(MU).map(|s| s.force)));
             }
@@ -405,18 +398,15 @@ fn refusals() {
         Some(ParameterError::NotIn3d("indenter.profile"))
     ));
     for profile in [IndenterProfile::Sphere, IndenterProfile::Cone] {
-        let mut parameters = Parameters::default();
-        parameters.mesh.preset = MeshPreset::Coarse;
+        let mut parameters = coarse();
         parameters.indenter.profile = profile;
         let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
         instance.set_displacement(0.011);
         assert!(matches!(instance.advance(1.0), Err(StepError::TooDeep { .. })));
         // Half a millimetre within a millisecond, then away for ever.
-        instance.set_displacement(0.5 * DEPTH);
-        instance.advance(1e-3).unwrap();
+        move_to(&mut instance, 0.5 * DEPTH, 1e-3);
         assert!(instance.outputs().force > 0.0);
-        instance.set_displacement(-0.5);
-        instance.advance(1e-3).unwrap();
+        move_to(&mut instance, -0.5, 1e-3);
         instance.advance(1e4).unwrap();
         assert_eq!(instance.outputs().force, 0.0);
     }

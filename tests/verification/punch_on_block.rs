@@ -4,7 +4,7 @@ use approx::assert_relative_eq;
 use poropunch::parameters::{BoundaryParameters, GeometryParameters};
 use poropunch::{Instance, Model, Parameters};
 use tests::analytical::half_space::{bonded_punch, flat_punch};
-use tests::poroelastic;
+use tests::{move_to, poroelastic};
 
 const SHEAR: f64 = 500.0;
 const DEPTH: f64 = 1e-6;
@@ -17,8 +17,7 @@ fn stiffness(size: f64, bulk: f64, mobility: f64, ramp: f64, hold: f64, bonded: 
     parameters.boundary = BoundaryParameters { bonded_punch: bonded, ..Default::default() };
     let model = Model::new(parameters).unwrap();
     let mut instance = Instance::new(&model, 0.0).unwrap();
-    instance.set_displacement(DEPTH);
-    instance.advance(ramp).unwrap();
+    move_to(&mut instance, DEPTH, ramp);
     let early = instance.outputs().force;
     instance.advance(hold).unwrap();
     let late = instance.outputs().force;

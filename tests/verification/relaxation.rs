@@ -6,6 +6,7 @@ use poropunch::parameters::TimeScheme;
 use poropunch::specimen::{Discretisation, Sample, Stepper};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use tests::analytical::rising_zero;
 use tests::drained_element;
 
 const RADIUS: f64 = 1e-3;
@@ -55,12 +56,7 @@ fn by_ode(strain: f64, ramp: f64, steps: usize) -> [f64; 2] {
             let vol = p.lambda_star * s * s * (j / s - j / (j - n));
             (vol - 0.5 * dev, vol + dev, beta)
         };
-        let (mut low, mut high) = (-1.0, 1.0);
-        for _ in 0..80 {
-            let middle = 0.5 * (low + high);
-            if tau(middle).0 > 0.0 { high = middle } else { low = middle }
-        }
-        let (_, tau_z, beta) = tau(low);
+        let (_, tau_z, beta) = tau(rising_zero(|eps_r| tau(eps_r).0));
         // Kirchhoff stress over the axial stretch is force per reference area.
         (tau_z / eps_z.exp(), beta)
     };

@@ -5,7 +5,7 @@
 
 use poropunch::parameters::MeshPreset;
 use poropunch::{Instance, Model, Parameters};
-use tests::DEPTH;
+use tests::{DEPTH, move_to};
 
 /// Forces (N): the peak, then at every twentieth of the depth on the way back.
 fn forces(preset: MeshPreset) -> Vec<f64> {
@@ -13,8 +13,7 @@ fn forces(preset: MeshPreset) -> Vec<f64> {
     parameters.mesh.preset = preset;
     let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
     let mut to = |displacement: f64, duration: f64| {
-        instance.set_displacement(displacement);
-        instance.advance(duration).unwrap();
+        move_to(&mut instance, displacement, duration);
         instance.outputs().force
     };
     let mut found = vec![to(DEPTH, 0.625)];

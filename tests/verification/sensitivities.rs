@@ -1,9 +1,9 @@
 //! Forward sensitivities against finite differences of whole runs.
 
 use poropunch::law::{MaterialParameter, Spring};
-use poropunch::parameters::{MaterialParameters, MeshPreset, TimeScheme};
+use poropunch::parameters::{MaterialParameters, TimeScheme};
 use poropunch::{ForceSensitivity, Instance, Model, Parameters};
-use tests::DEPTH;
+use tests::{DEPTH, coarse, move_to};
 
 /// Ends of the communication steps over P2's first cycle (s).
 const TIMES: [f64; 9] = [0.1, 0.3, 0.625, 0.63, 0.7, 1.6, 10.6, 30.6, 90.6];
@@ -28,8 +28,7 @@ fn cycle(parameters: &Parameters) -> Vec<([f64; 2], Vec<ForceSensitivity>)> {
     let mut instance = Instance::new(&Model::new(parameters.clone()).unwrap(), 0.0).unwrap();
     let mut reached = 0.0;
     let advance = |end: f64| {
-        instance.set_displacement(DEPTH * (end / RAMP).min(1.0));
-        instance.advance(end - reached).unwrap();
+        move_to(&mut instance, DEPTH * (end / RAMP).min(1.0), end - reached);
         reached = end;
         let outputs = instance.outputs();
         ([outputs.force, outputs.force_fluid], instance.sensitivities())
@@ -39,8 +38,7 @@ fn cycle(parameters: &Parameters) -> Vec<([f64; 2], Vec<ForceSensitivity>)> {
 
 /// Parameters with step sizes that depend on nothing: the tolerance is never felt.
 fn fixed_steps(scheme: TimeScheme) -> Parameters {
-    let mut parameters = Parameters::default();
-    parameters.mesh.preset = MeshPreset::Coarse;
+    let mut parameters = coarse();
     parameters.solver.time_scheme = scheme;
     parameters.solver.tolerance = 1.0;
     parameters.solver.initial_increment = 2e-5;
@@ -108,8 +106,7 @@ fn sensitivities_match_finite_differences() {
 /// noise of changing steps. Tolerance: 1 % of the largest value along the curve.
 #[test]
 fn error_control_does_not_disturb_the_derivatives() {
-    let mut parameters = Parameters::default();
-    parameters.mesh.preset = MeshPreset::Coarse;
+    let mut parameters = coarse();
     parameters.solver.sensitivities = true;
     parameters.solver.tolerance = 3e-5;
     let exact = cycle(&parameters);
@@ -134,8 +131,7 @@ fn error_control_does_not_disturb_the_derivatives() {
 /// Goal: computing sensitivities changes nothing else. Tolerance: none, bit for bit.
 #[test]
 fn sensitivities_leave_the_forces_alone() {
-    let mut parameters = Parameters::default();
-    parameters.mesh.preset = MeshPreset::Coarse;
+    let mut parameters = coarse();
     let plain = cycle(&parameters);
     parameters.solver.sensitivities = true;
     for ((a, none), (b, some)) in plain.iter().zip(cycle(&parameters)) {

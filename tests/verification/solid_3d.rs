@@ -12,6 +12,7 @@ use poropunch::solid3d::step::SolidStepper;
 use poropunch::specimen::{Discretisation, Sample, Stepper};
 use poropunch::{Instance, Model, ParameterError, Parameters, Statistics};
 use std::sync::Arc;
+use tests::move_to;
 
 /// Largest force on an inner unknown over the largest one on the boundary, and the largest fluid volume over
 /// the sample's, for `x = f X` and a uniform pressure.
@@ -162,8 +163,7 @@ fn paper_mesh_agrees_with_the_axisymmetric_model() {
         let to = depth.min(1.6e-3 * end);
         let (solver, radius) = (&parameters.solver, parameters.geometry.punch_radius);
         let b = path.advance(&mut plane, solver, radius, (now, from), (end, to), &mut statistics).unwrap();
-        solid.set_displacement(to);
-        solid.advance(end - now).unwrap();
+        move_to(&mut solid, to, end - now);
         let a = solid.outputs();
         (now, from) = (end, to);
         println!("{end} s: {} N in three dimensions, {} N axisymmetric", a.force, b.force);
@@ -180,8 +180,7 @@ fn native_api_of_the_paper_mesh() {
     let mut parameters = Parameters::default();
     let axisymmetric = Instance::new(&Model::new(parameters.clone()).unwrap(), 0.0);
     let mut axisymmetric = axisymmetric.unwrap();
-    axisymmetric.set_displacement(1e-6);
-    axisymmetric.advance(1e-3).unwrap();
+    move_to(&mut axisymmetric, 1e-6, 1e-3);
     parameters.mesh.kind = MeshKind::Paper3d;
     let model = Model::new(parameters.clone()).unwrap();
     assert_eq!((model.elements(), model.unknowns()), (3184, 82_413));

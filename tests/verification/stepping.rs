@@ -1,13 +1,10 @@
 //! Communication steps, saving and restoring, bad input.
 
-use poropunch::parameters::MeshPreset;
-use poropunch::{Instance, Model, Parameters, StepError};
-use tests::{DEPTH, check_restored};
+use poropunch::{Instance, Model, StepError};
+use tests::{DEPTH, check_restored, coarse, move_to};
 
-fn coarse() -> Model {
-    let mut parameters = Parameters::default();
-    parameters.mesh.preset = MeshPreset::Coarse;
-    Model::new(parameters).unwrap()
+fn model() -> Model {
+    Model::new(coarse()).unwrap()
 }
 
 /// Forces at 0.625 s and 20.625 s of P2 when a master slices time into `slices` per phase.
@@ -16,8 +13,7 @@ fn sliced(model: &Model, slices: usize) -> [f64; 2] {
     let mut forces = [0.0; 2];
     for (phase, (duration, from, to)) in [(0.625, 0.0, DEPTH), (20.0, DEPTH, DEPTH)].into_iter().enumerate() {
         for k in 1..=slices {
-            instance.set_displacement(from + (to - from) * k as f64 / slices as f64);
-            instance.advance(duration / slices as f64).unwrap();
+            move_to(&mut instance, from + (to - from) * k as f64 / slices as f64, duration / slices as f64);
         }
         forces[phase] = instance.outputs().force;
     }
@@ -28,7 +24,7 @@ fn sliced(model: &Model, slices: usize) -> [f64; 2] {
 /// Set-up: P2 in 1, 7 and 1000 communication steps per phase. Tolerance: 0.1 % (observed: none).
 #[test]
 fn communication_steps_do_not_matter() {
-    let model = coarse();
+    let model = model();
     let one = sliced(&model, 1);
     for slices in [7, 1000] {
         for (a, b) in one.iter().zip(sliced(&model, slices)) {
@@ -41,13 +37,12 @@ fn communication_steps_do_not_matter() {
 /// against a run with a hundredfold tighter tolerance. Tolerance: 0.2 %.
 #[test]
 fn dense_output_is_accurate() {
-    let model = coarse();
+    let model = model();
     let mut tight = model.parameters().clone();
     tight.solver.tolerance = 1e-5;
     let curve = |model: &Model| -> Vec<f64> {
         let mut instance = Instance::new(model, 0.0).unwrap();
-        instance.set_displacement(DEPTH);
-        instance.advance(0.625).unwrap();
+        move_to(&mut instance, DEPTH, 0.625);
         (0..50)
             .map(|k| {
                 instance.advance(0.02 * 1.15_f64.powi(k)).unwrap();
@@ -64,32 +59,28 @@ fn dense_output_is_accurate() {
 /// step that was integrated ahead.
 #[test]
 fn restored_runs_are_bit_identical() {
-    check_restored(&coarse(), [-1e-4, 0.0], |o| vec![o.force, o.force_fluid, o.stored_energy]);
+    check_restored(&model(), [-1e-4, 0.0], |o| vec![o.force, o.force_fluid, o.stored_energy]);
 }
 
 /// Goal: above the surface there is no force; touch happens at zero displacement inside a step.
 #[test]
 fn starts_above_the_surface() {
-    let model = coarse();
+    let model = model();
     let mut gap = Instance::new(&model, -1e-4).unwrap();
-    gap.set_displacement(-5e-5);
-    gap.advance(0.05).unwrap();
+    move_to(&mut gap, -5e-5, 0.05);
     assert_eq!(gap.outputs().force, 0.0);
-    gap.set_displacement(2e-4);
-    gap.advance(0.25).unwrap();
+    move_to(&mut gap, 2e-4, 0.25);
     let mut touching = Instance::new(&model, 0.0).unwrap();
-    touching.set_displacement(2e-4);
-    touching.advance(0.2).unwrap();
+    move_to(&mut touching, 2e-4, 0.2);
     approx::assert_relative_eq!(gap.outputs().force, touching.outputs().force, max_relative = 1e-9);
 }
 
 /// Goal: what cannot be simulated is an error with a reason, and the instance stays usable.
 #[test]
 fn errors_leave_the_instance_usable() {
-    let model = coarse();
+    let model = model();
     let mut instance = Instance::new(&model, 0.0).unwrap();
-    instance.set_displacement(1e-4);
-    instance.advance(0.1).unwrap();
+    move_to(&mut instance, 1e-4, 0.1);
     let before = instance.save();
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(instance.advance(bad), Err(StepError::BadDuration(_))));
@@ -99,8 +90,7 @@ fn errors_leave_the_instance_usable() {
     instance.set_displacement(0.02);
     assert!(matches!(instance.advance(0.1), Err(StepError::TooDeep { .. })));
     instance.restore(&before).unwrap();
-    instance.set_displacement(2e-4);
-    instance.advance(0.1).unwrap();
+    move_to(&mut instance, 2e-4, 0.1);
     assert!(instance.outputs().force > 0.0);
     assert!(matches!(Instance::new(&model, 1e-6), Err(StepError::StartsInside(_))));
 }
@@ -110,13 +100,12 @@ fn errors_leave_the_instance_usable() {
 /// to be behind the punch, the next step ran at twice the speed and the force was 20 % too high.
 #[test]
 fn a_touch_at_a_communication_point() {
-    let model = coarse();
+    let model = model();
     let force = |start: f64, stops: &[f64]| {
         let mut instance = Instance::new(&model, start).unwrap();
         let mut from = start;
         for &to in stops {
-            instance.set_displacement(to);
-            instance.advance((to - from) / 1e-3).unwrap();
+            move_to(&mut instance, to, (to - from) / 1e-3);
             from = to;
         }
         instance.outputs().force

@@ -23,6 +23,16 @@ pub(crate) fn succeed(command: &mut Command) -> String {
     said
 }
 
+/// Makes an environment of its own in `folder`, with packages of PyPI or from here; returns the folder of its programs.
+pub(crate) fn environment(folder: &Path, options: &[&str], packages: &[&str]) -> PathBuf {
+    let environment = folder.join("environment");
+    succeed(Command::new(python()).args(["-m", "venv"]).args(options).arg(&environment));
+    let bin = environment.join("bin");
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+    succeed(Command::new(bin.join("python")).args(install).args(packages));
+    bin
+}
+
 /// The package with what cargo built for this test, but without the extension module.
 pub(crate) fn staged(folder: &Path) {
     let package = repository("runner/python/poropunch");
@@ -60,12 +70,8 @@ fn python_speaks_with_the_program() {
 #[ignore = "long: compiles runner again with the features of the extension module, and installs from PyPI"]
 fn the_wheel_from_a_fresh_environment() {
     let folder = tempfile::tempdir().unwrap();
-    let environment = folder.path().join("environment");
-    succeed(Command::new(python()).args(["-m", "venv"]).arg(&environment));
-    let bin = environment.join("bin");
     let wheel = format!("{}[pandas]", repository("runner/python").display());
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &wheel];
-    succeed(Command::new(bin.join("python")).args(install));
+    let bin = environment(folder.path(), &[], &[&wheel]);
     let mut test = Command::new(bin.join("python"));
     test.arg(repository("tests/wheel/python/wheel.py")).arg(repository("data"));
     println!("{}", succeed(test.current_dir(folder.path())));

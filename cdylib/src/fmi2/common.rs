@@ -5,14 +5,15 @@
 
 use super::abi::{Boolean, CO_SIMULATION, CallbackFunctions, ValueReference};
 use crate::component::Component;
-use crate::guard::{self, Status, call, slice, text, texts, write_each};
+use crate::content::{boolean, integer, real, string};
+use crate::guard::{self, Status, call, entry_points, slice, text, texts, write_each};
 use crate::life::life_functions;
 use crate::logger::Logger;
 use crate::phase::{ANY, GETTABLE, INITIALIZATION, INSTANTIATED, SETTABLE, STEP_COMPLETE};
 use crate::states::{self, FmuState, state_functions};
 use poropunch::model_description::guid;
 use poropunch::variables::Value;
-use std::ffi::{CString, c_char, c_int, c_void};
+use std::ffi::{c_char, c_int, c_void};
 use std::panic::catch_unwind;
 
 /// Platform of the FMI types.
@@ -70,136 +71,71 @@ life_functions! {
     |_| Ok(())
 }
 
-/// Parameters and inputs may still be set until the end of the initialisation.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(component: *mut c_void) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2EnterInitializationMode", INSTANTIATED, Component::begin_initialisation) }
-}
+entry_points! {
+    /// Parameters and inputs may still be set until the end of the initialisation.
+    fn fmi2EnterInitializationMode() in INSTANTIATED, Component::begin_initialisation;
 
-/// Builds the model.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut c_void) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2ExitInitializationMode", INITIALIZATION, Component::initialise) }
-}
+    /// Builds the model.
+    fn fmi2ExitInitializationMode() in INITIALIZATION, Component::initialise;
 
-/// Ends the simulation with the last frame of the fields, where they are written; results can still be read.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(component: *mut c_void) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(component, "fmi2Terminate", STEP_COMPLETE, Component::terminate) }
-}
+    /// Ends the simulation with the last frame of the fields, where they are written; results can still be read.
+    fn fmi2Terminate() in STEP_COMPLETE, Component::terminate;
 
-/// Back to the state after `fmi2Instantiate`, from anywhere.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(component: *mut c_void) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2Reset", ANY, |c| {
-            c.reset();
-            Ok(())
-        })
-    }
+    /// Back to the state after `fmi2Instantiate`, from anywhere.
+    fn fmi2Reset() in ANY, |c| {
+        c.reset();
+        Ok(())
+    };
 }
 
 /// Defines a get and a set function of one type.
 macro_rules! access {
     ($get:ident, $set:ident, $c_type:ty, $zero:expr, $from:expr, $to:expr) => {
-        /// Values of variables: parameters and inputs as set, outputs of the last step.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $get(
-            component: *mut c_void,
-            references: *const ValueReference,
-            n: usize,
-            values: *mut $c_type,
-        ) -> Status {
-            // SAFETY: see the top of this file.
-            unsafe {
-                call(component, stringify!($get), GETTABLE, |c| {
-                    let read = c.slave.get_each(slice(references, n)?, $from, $zero);
-                    write_each(values, &read.map_err(|e| e.to_string())?)
-                })
-            }
-        }
+        entry_points! {
+            /// Values of variables: parameters and inputs as set, outputs of the last step.
+            fn $get(references: *const ValueReference, n: usize, values: *mut $c_type) in GETTABLE, |c| {
+                let read = c.slave.get_each(slice(references, n)?, $from, $zero);
+                write_each(values, &read.map_err(|e| e.to_string())?)
+            };
 
-        /// Sets parameters and inputs: all of them, or none and an error.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $set(
-            component: *mut c_void,
-            references: *const ValueReference,
-            n: usize,
-            values: *const $c_type,
-        ) -> Status {
-            // SAFETY: see the top of this file.
-            unsafe {
-                call(component, stringify!($set), SETTABLE, |c| {
-                    let (references, values) = (slice(references, n)?, slice(values, n)?);
-                    let pairs = references.iter().copied().zip(values.iter().copied().map($to));
-                    c.slave.set(&pairs.collect::<Vec<_>>()).map_err(|e| e.to_string())
-                })
-            }
+            /// Sets parameters and inputs: all of them, or none and an error.
+            fn $set(references: *const ValueReference, n: usize, values: *const $c_type) in SETTABLE, |c| {
+                let (references, values) = (slice(references, n)?, slice(values, n)?);
+                let pairs = references.iter().copied().zip(values.iter().copied().map($to));
+                c.slave.set(&pairs.collect::<Vec<_>>()).map_err(|e| e.to_string())
+            };
         }
     };
-}
-
-fn real(value: Value) -> Option<f64> {
-    if let Value::Real(v) = value { Some(v) } else { None }
-}
-
-fn integer(value: Value) -> Option<c_int> {
-    if let Value::Integer(v) = value { Some(v) } else { None }
-}
-
-fn boolean(value: Value) -> Option<Boolean> {
-    if let Value::Boolean(v) = value { Some(Boolean::from(v)) } else { None }
 }
 
 access!(fmi2GetReal, fmi2SetReal, f64, Value::Real(0.0), real, Value::Real);
 access!(fmi2GetInteger, fmi2SetInteger, c_int, Value::Integer(0), integer, Value::Integer);
 access!(fmi2GetBoolean, fmi2SetBoolean, Boolean, Value::Boolean(false), boolean, |v| Value::Boolean(v != 0));
 
-fn string(value: Value) -> Option<CString> {
-    // A text that was set through C has no zero inside.
-    if let Value::Text(v) = value { CString::new(v).ok() } else { None }
-}
+entry_points! {
+    /// Values of variables; the texts stay where they are until the next call of this function.
+    fn fmi2GetString(
+        references: *const ValueReference,
+        n: usize,
+        values: *mut *const c_char,
+    ) in GETTABLE, |c| {
+        let asked = Value::Text(String::new());
+        c.texts = c.slave.get_each(slice(references, n)?, string, asked).map_err(|e| e.to_string())?;
+        write_each(values, &c.texts.iter().map(|text| text.as_ptr()).collect::<Vec<_>>())
+    };
 
-/// Values of variables; the texts stay where they are until the next call of this function.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    component: *mut c_void,
-    references: *const ValueReference,
-    n: usize,
-    values: *mut *const c_char,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2GetString", GETTABLE, |c| {
-            let asked = Value::Text(String::new());
-            c.texts = c.slave.get_each(slice(references, n)?, string, asked).map_err(|e| e.to_string())?;
-            write_each(values, &c.texts.iter().map(|text| text.as_ptr()).collect::<Vec<_>>())
-        })
-    }
-}
-
-/// Sets parameters: all of them, or none and an error.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    component: *mut c_void,
-    references: *const ValueReference,
-    n: usize,
-    values: *const *const c_char,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2SetString", SETTABLE, |c| {
-            let pairs = slice(references, n)?
-                .iter()
-                .zip(texts(values, n, "text")?)
-                .map(|(&r, text)| (r, Value::Text(text.to_owned())));
-            c.slave.set(&pairs.collect::<Vec<_>>()).map_err(|e| e.to_string())
-        })
-    }
+    /// Sets parameters: all of them, or none and an error.
+    fn fmi2SetString(
+        references: *const ValueReference,
+        n: usize,
+        values: *const *const c_char,
+    ) in SETTABLE, |c| {
+        let pairs = slice(references, n)?
+            .iter()
+            .zip(texts(values, n, "text")?)
+            .map(|(&r, text)| (r, Value::Text(text.to_owned())));
+        c.slave.set(&pairs.collect::<Vec<_>>()).map_err(|e| e.to_string())
+    };
 }
 
 state_functions! {
@@ -207,21 +143,16 @@ state_functions! {
     fmi2DeSerializeFMUstate
 }
 
-/// Not offered (`providesDirectionalDerivative` is false).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
-    component: *mut c_void,
-    _unknowns: *const ValueReference,
-    _n_unknown: usize,
-    _knowns: *const ValueReference,
-    _n_known: usize,
-    _dv_known: *const f64,
-    _dv_unknown: *mut f64,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(component, "fmi2GetDirectionalDerivative", GETTABLE, |_| {
-            Err("this FMU has no directional derivatives; sensitivities are ordinary outputs".to_owned())
-        })
-    }
+entry_points! {
+    /// Not offered (`providesDirectionalDerivative` is false).
+    fn fmi2GetDirectionalDerivative(
+        _unknowns: *const ValueReference,
+        _n_unknown: usize,
+        _knowns: *const ValueReference,
+        _n_known: usize,
+        _dv_known: *const f64,
+        _dv_unknown: *mut f64,
+    ) in GETTABLE, |_| {
+        Err("this FMU has no directional derivatives; sensitivities are ordinary outputs".to_owned())
+    };
 }

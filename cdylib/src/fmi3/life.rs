@@ -6,7 +6,7 @@
 use super::Modes;
 use super::abi::{Boolean, IntermediateUpdate, LogMessage, ValueReference};
 use crate::component::Component;
-use crate::guard::{self, Status, call, slice, text, texts};
+use crate::guard::{self, Status, call, entry_points, slice, text, texts};
 use crate::life::life_functions;
 use crate::logger::Logger;
 use crate::phase::{ANY, CONFIGURATION, EVENT, INITIALIZATION, INSTANTIATED, Phase, RUNNING, STEP_COMPLETE};
@@ -113,48 +113,42 @@ life_functions! {
     Component::begin_initialisation
 }
 
-/// Defines functions that only move an instance from one phase to another.
-macro_rules! phase {
-    ($($(#[$doc:meta])+ $name:ident, $allowed:expr, $body:expr;)+) => {
-        $($(#[$doc])+
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(instance: *mut c_void) -> Status {
-            // SAFETY: see the top of this file.
-            unsafe { call(instance, stringify!($name), $allowed, $body) }
-        })+
-    };
-}
-
-phase! {
+entry_points! {
     /// Builds the model; with events, the event mode follows.
-    fmi3ExitInitializationMode, INITIALIZATION, Component::initialise;
+    fn fmi3ExitInitializationMode() in INITIALIZATION, Component::initialise;
+
     /// Sizes of arrays may be set.
-    fmi3EnterConfigurationMode, INSTANTIATED, |c| {
+    fn fmi3EnterConfigurationMode() in INSTANTIATED, |c| {
         c.phase = Phase::Configuration;
         Ok(())
     };
+
     /// Back to where parameters are set.
-    fmi3ExitConfigurationMode, CONFIGURATION, |c| {
+    fn fmi3ExitConfigurationMode() in CONFIGURATION, |c| {
         c.phase = Phase::Instantiated;
         Ok(())
     };
+
     /// Discrete inputs may change at this instant.
-    fmi3EnterEventMode, STEP_COMPLETE, |c| {
+    fn fmi3EnterEventMode() in STEP_COMPLETE, |c| {
         if !c.modes.is_some_and(|modes| modes.events) {
             return Err("the instance was made without event mode".to_owned());
         }
         c.phase = Phase::Event;
         Ok(())
     };
+
     /// Ready to step.
-    fmi3EnterStepMode, EVENT, |c| {
+    fn fmi3EnterStepMode() in EVENT, |c| {
         c.phase = Phase::StepComplete;
         Ok(())
     };
+
     /// Ends the simulation with the last frame of the fields, where they are written; results can still be read.
-    fmi3Terminate, RUNNING, Component::terminate;
+    fn fmi3Terminate() in RUNNING, Component::terminate;
+
     /// Back to the state after the instantiation, from anywhere.
-    fmi3Reset, ANY, |c| {
+    fn fmi3Reset() in ANY, |c| {
         c.reset();
         Ok(())
     };

@@ -4,7 +4,7 @@
 
 use super::Modes;
 use super::abi::{Boolean, ValueReference};
-use crate::guard::{ERROR, OK, Status, call, write};
+use crate::guard::{ERROR, OK, Status, call, entry_points, write};
 use crate::phase::{EVENT, GETTABLE, INTERMEDIATE, Phase, STEP_COMPLETE};
 use poropunch::cosimulation::{Leg, Progress};
 use poropunch::motion::Stops;
@@ -128,51 +128,35 @@ unsafe fn tell(instance: *mut c_void, modes: &Modes, progress: &Progress) -> boo
     may_end && ends != 0
 }
 
-/// Nothing needs another round; the next corner of the built-in motion is the next event.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
-    instance: *mut c_void,
-    discrete_states_need_update: *mut Boolean,
-    terminate_simulation: *mut Boolean,
-    nominals_changed: *mut Boolean,
-    values_changed: *mut Boolean,
-    next_event_time_defined: *mut Boolean,
-    next_event_time: *mut f64,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(instance, "fmi3UpdateDiscreteStates", EVENT, |c| {
-            let no = [discrete_states_need_update, terminate_simulation, nominals_changed, values_changed];
-            no.into_iter().try_for_each(|place| write(place, 0))?;
-            let corner = c.slave.next_corner();
-            write(next_event_time_defined, Boolean::from(corner.is_some()))?;
-            write(next_event_time, corner.unwrap_or_default())
-        })
-    }
-}
+entry_points! {
+    /// Nothing needs another round; the next corner of the built-in motion is the next event.
+    fn fmi3UpdateDiscreteStates(
+        discrete_states_need_update: *mut Boolean,
+        terminate_simulation: *mut Boolean,
+        nominals_changed: *mut Boolean,
+        values_changed: *mut Boolean,
+        next_event_time_defined: *mut Boolean,
+        next_event_time: *mut f64,
+    ) in EVENT, |c| {
+        let no = [discrete_states_need_update, terminate_simulation, nominals_changed, values_changed];
+        no.into_iter().try_for_each(|place| write(place, 0))?;
+        let corner = c.slave.next_corner();
+        write(next_event_time_defined, Boolean::from(corner.is_some()))?;
+        write(next_event_time, corner.unwrap_or_default())
+    };
 
-/// There are no discrete states to evaluate.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EvaluateDiscreteStates(instance: *mut c_void) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe { call(instance, "fmi3EvaluateDiscreteStates", EVENT, |_| Ok(())) }
-}
+    /// There are no discrete states to evaluate.
+    fn fmi3EvaluateDiscreteStates() in EVENT, |_| Ok(());
 
-/// Not offered (`maxOutputDerivativeOrder` is 0).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetOutputDerivatives(
-    instance: *mut c_void,
-    _references: *const ValueReference,
-    n: usize,
-    _orders: *const i32,
-    _values: *mut f64,
-    _n_values: usize,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(instance, "fmi3GetOutputDerivatives", GETTABLE, |_| {
-            let reason = "this FMU has no output derivatives (maxOutputDerivativeOrder = 0)";
-            if n == 0 { Ok(()) } else { Err(reason.to_owned()) }
-        })
-    }
+    /// Not offered (`maxOutputDerivativeOrder` is 0).
+    fn fmi3GetOutputDerivatives(
+        _references: *const ValueReference,
+        n: usize,
+        _orders: *const i32,
+        _values: *mut f64,
+        _n_values: usize,
+    ) in GETTABLE, |_| {
+        let reason = "this FMU has no output derivatives (maxOutputDerivativeOrder = 0)";
+        if n == 0 { Ok(()) } else { Err(reason.to_owned()) }
+    };
 }

@@ -4,11 +4,12 @@
 
 use super::abi::{Boolean, ValueReference};
 use crate::component::Component;
-use crate::guard::{Outcome, Status, call, slice, texts, write_each};
+use crate::content::{boolean, count, integer, real, string};
+use crate::guard::{Outcome, entry_points, slice, texts, write_each};
 use crate::phase::{GETTABLE, Phase, RESIZABLE, SETTABLE};
 use poropunch::variables::ports::{BaseType, Port};
 use poropunch::variables::{Causality, Value};
-use std::ffi::{CString, c_char, c_void};
+use std::ffi::{c_char, c_void};
 
 /// Reads variables of one type.
 fn read<T>(
@@ -46,57 +47,29 @@ fn is_continuous_input(reference: ValueReference) -> bool {
 /// Defines a get and a set function of one type.
 macro_rules! access {
     ($get:ident, $set:ident, $kind:expr, $settable:expr, $c_type:ty, $from:expr, $to:expr) => {
-        /// Values of variables: parameters and inputs as set, outputs of the last step.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $get(
-            instance: *mut c_void,
-            references: *const ValueReference,
-            n: usize,
-            values: *mut $c_type,
-            n_values: usize,
-        ) -> Status {
-            // SAFETY: see the top of this file.
-            unsafe {
-                call(instance, stringify!($get), GETTABLE, |c| {
-                    write_each(values, &read(c, $kind, slice(references, n)?, n_values, $from)?)
-                })
-            }
-        }
+        entry_points! {
+            /// Values of variables: parameters and inputs as set, outputs of the last step.
+            fn $get(
+                references: *const ValueReference,
+                n: usize,
+                values: *mut $c_type,
+                n_values: usize,
+            ) in GETTABLE, |c| {
+                write_each(values, &read(c, $kind, slice(references, n)?, n_values, $from)?)
+            };
 
-        /// Sets parameters and inputs: all of them, or none and an error.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $set(
-            instance: *mut c_void,
-            references: *const ValueReference,
-            n: usize,
-            values: *const $c_type,
-            n_values: usize,
-        ) -> Status {
-            // SAFETY: see the top of this file.
-            unsafe {
-                call(instance, stringify!($set), $settable, |c| {
-                    let values = slice(values, n_values)?.iter().copied().map($to);
-                    set(c, $kind, slice(references, n)?, values.collect::<Result<_, String>>()?)
-                })
-            }
+            /// Sets parameters and inputs: all of them, or none and an error.
+            fn $set(
+                references: *const ValueReference,
+                n: usize,
+                values: *const $c_type,
+                n_values: usize,
+            ) in $settable, |c| {
+                let values = slice(values, n_values)?.iter().copied().map($to);
+                set(c, $kind, slice(references, n)?, values.collect::<Result<_, String>>()?)
+            };
         }
     };
-}
-
-fn real(value: Value) -> Option<f64> {
-    if let Value::Real(v) = value { Some(v) } else { None }
-}
-
-fn integer<T: From<i32>>(value: Value) -> Option<T> {
-    if let Value::Integer(v) = value { Some(T::from(v)) } else { None }
-}
-
-fn boolean(value: Value) -> Option<Boolean> {
-    if let Value::Boolean(v) = value { Some(Boolean::from(v)) } else { None }
-}
-
-fn count(value: Value) -> Option<u64> {
-    if let Value::Count(v) = value { Some(v) } else { None }
 }
 
 /// The number of an enumeration's item.
@@ -112,43 +85,26 @@ access!(fmi3GetBoolean, fmi3SetBoolean, BaseType::Boolean, SETTABLE, Boolean, bo
     Ok(Value::Boolean(v != 0))
 });
 
-fn string(value: Value) -> Option<CString> {
-    // A text that was set through C has no zero inside.
-    if let Value::Text(v) = value { CString::new(v).ok() } else { None }
-}
+entry_points! {
+    /// Values of variables; the texts stay where they are until the next call of this function.
+    fn fmi3GetString(
+        references: *const ValueReference,
+        n: usize,
+        values: *mut *const c_char,
+        n_values: usize,
+    ) in GETTABLE, |c| {
+        c.texts = read(c, BaseType::String, slice(references, n)?, n_values, string)?;
+        write_each(values, &c.texts.iter().map(|text| text.as_ptr()).collect::<Vec<_>>())
+    };
 
-/// Values of variables; the texts stay where they are until the next call of this function.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetString(
-    instance: *mut c_void,
-    references: *const ValueReference,
-    n: usize,
-    values: *mut *const c_char,
-    n_values: usize,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(instance, "fmi3GetString", GETTABLE, |c| {
-            c.texts = read(c, BaseType::String, slice(references, n)?, n_values, string)?;
-            write_each(values, &c.texts.iter().map(|text| text.as_ptr()).collect::<Vec<_>>())
-        })
-    }
-}
-
-/// Sets parameters: all of them, or none and an error.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetString(
-    instance: *mut c_void,
-    references: *const ValueReference,
-    n: usize,
-    values: *const *const c_char,
-    n_values: usize,
-) -> Status {
-    // SAFETY: see the top of this file.
-    unsafe {
-        call(instance, "fmi3SetString", SETTABLE, |c| {
-            let values = texts(values, n_values, "text")?.into_iter().map(|v| Value::Text(v.to_owned()));
-            set(c, BaseType::String, slice(references, n)?, values.collect())
-        })
-    }
+    /// Sets parameters: all of them, or none and an error.
+    fn fmi3SetString(
+        references: *const ValueReference,
+        n: usize,
+        values: *const *const c_char,
+        n_values: usize,
+    ) in SETTABLE, |c| {
+        let values = texts(values, n_values, "text")?.into_iter().map(|v| Value::Text(v.to_owned()));
+        set(c, BaseType::String, slice(references, n)?, values.collect())
+    };
 }

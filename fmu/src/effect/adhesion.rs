@@ -14,17 +14,17 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "adhesion",
-    title: "adhesion on retraction",
-    place: Place::Contact,
-    variants: &[one_sided(
+pub const EFFECT: Effect = Effect::new("adhesion", "adhesion on retraction", Place::Contact)
+    .physics(
+        "The touched surface clings to the punch up to a strength, and its bonds break where it has \
+         opened by a critical gap. The force becomes negative on retraction and then returns to zero.",
+    )
+    .revealed_by("A short negative peak after each retraction; separation later than the force's zero.")
+    .mimicked_by(
+        "A contact-point offset or drift at the end of unloading alone.",
+        &["offset", "load_cell_drift"],
+    )
+    .variants(&[one_sided(
         "cohesive",
         &[linear("effect.adhesion.strength", 0.0, 100.0), switch("effect.adhesion.opening", 1e-4, 1e-4)],
-    )],
-    physics: "The touched surface clings to the punch up to a strength, and its bonds break where it has opened \
-              by a critical gap. The force becomes negative on retraction and then returns to zero.",
-    revealed_by: "A short negative peak after each retraction; separation later than the force's zero.",
-    mimicked_by: "A contact-point offset or drift at the end of unloading alone.",
-    mimics: &["offset", "load_cell_drift"],
-};
+    )]);

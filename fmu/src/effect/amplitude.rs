@@ -15,15 +15,17 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "amplitude",
-    title: "specimen amplitude between batches",
-    place: Place::Specimen,
-    variants: &[two_sided("stiffer", &[linear("effect.amplitude.log_factor", 0.0, 0.2)])],
-    physics: "The specimens of one protocol come from another batch: the same material with all stresses \
-              times one factor. It is set per FMU instance, i.e. per protocol.",
-    revealed_by: "The ratio of protocols after the hold, where any fading memory gives 1, and equal ratios at \
-                  all times.",
-    mimicked_by: "Within one protocol all moduli together; between protocols nothing rate-dependent.",
-    mimics: &["specimen_size", "discretisation"],
-};
+pub const EFFECT: Effect = Effect::new("amplitude", "specimen amplitude between batches", Place::Specimen)
+    .physics(
+        "The specimens of one protocol come from another batch: the same material with all stresses \
+         times one factor. It is set per FMU instance, i.e. per protocol.",
+    )
+    .revealed_by(
+        "The ratio of protocols after the hold, where any fading memory gives 1, and equal ratios at \
+         all times.",
+    )
+    .mimicked_by(
+        "Within one protocol all moduli together; between protocols nothing rate-dependent.",
+        &["specimen_size", "discretisation"],
+    )
+    .variants(&[two_sided("stiffer", &[linear("effect.amplitude.log_factor", 0.0, 0.2)])]);

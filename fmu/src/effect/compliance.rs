@@ -15,14 +15,14 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "compliance",
-    title: "machine compliance",
-    place: Place::Machine,
-    variants: &[one_sided("elastic frame", &[linear("effect.compliance.per_newton", 0.0, 2e-3)])],
-    physics: "Load cell and frame are springs between the displacement sensor and the punch. The true depth \
-              falls short by compliance times force and grows during the hold as the force relaxes.",
-    revealed_by: "A peak that is cut more than the end of the hold; pressing on a rigid plate.",
-    mimicked_by: "Lower moduli of the fast branches almost completely; lag at the peak.",
-    mimics: &["load_cell_lag", "amplitude", "offset"],
-};
+pub const EFFECT: Effect = Effect::new("compliance", "machine compliance", Place::Machine)
+    .physics(
+        "Load cell and frame are springs between the displacement sensor and the punch. The true depth \
+         falls short by compliance times force and grows during the hold as the force relaxes.",
+    )
+    .revealed_by("A peak that is cut more than the end of the hold; pressing on a rigid plate.")
+    .mimicked_by(
+        "Lower moduli of the fast branches almost completely; lag at the peak.",
+        &["load_cell_lag", "amplitude", "offset"],
+    )
+    .variants(&[one_sided("elastic frame", &[linear("effect.compliance.per_newton", 0.0, 2e-3)])]);

@@ -118,6 +118,35 @@ pub struct Effect {
 }
 
 impl Effect {
+    /// An effect of which nothing is told yet but its name, what it is and where it acts.
+    pub(super) const fn new(name: &'static str, title: &'static str, place: Place) -> Self {
+        Self { name, title, place, variants: &[], physics: "", revealed_by: "", mimicked_by: "", mimics: &[] }
+    }
+
+    /// The physics, in two sentences.
+    pub(super) const fn physics(self, physics: &'static str) -> Self {
+        Self { physics, ..self }
+    }
+
+    /// What data reveal it.
+    pub(super) const fn revealed_by(self, revealed_by: &'static str) -> Self {
+        Self { revealed_by, ..self }
+    }
+
+    /// What else looks like it, in words, and the effects among that.
+    pub(super) const fn mimicked_by(
+        self,
+        mimicked_by: &'static str,
+        mimics: &'static [&'static str],
+    ) -> Self {
+        Self { mimicked_by, mimics, ..self }
+    }
+
+    /// How it can be present.
+    pub(super) const fn variants(self, variants: &'static [Variant]) -> Self {
+        Self { variants, ..self }
+    }
+
     /// The parameter by which it acts: one that measures its magnitude and is not at its null.
     pub fn acting(&self, effects: &EffectParameters) -> Option<&'static str> {
         let mut magnitudes =

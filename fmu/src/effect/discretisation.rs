@@ -11,19 +11,16 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "discretisation",
-    title: "discretisation",
-    place: Place::Numerics,
-    variants: &[
+pub const EFFECT: Effect = Effect::new("discretisation", "discretisation", Place::Numerics)
+    .physics(
+        "The edge of a bonded punch is singular: the force converges slowly on refinement, and the \
+         integral of the traction, which the paper reports, does not converge. Backward Euler steps \
+         lengthen a relaxation time by half a step.",
+    )
+    .revealed_by("Nothing in the data: refining mesh and steps shows it.")
+    .mimicked_by("All moduli together, amplitude.", &["amplitude", "specimen_size"])
+    .variants(&[
         one_sided("mesh", &[switch("mesh.preset", 2.0, 3.0)]),
         two_sided("time", &[geometric("solver.tolerance", 3e-4, 3e-5)]),
         one_sided("traction", &[switch("effect.discretisation.traction", 0.0, 1.0)]).without_sensitivities(),
-    ],
-    physics: "The edge of a bonded punch is singular: the force converges slowly on refinement, and the \
-              integral of the traction, which the paper reports, does not converge. Backward Euler steps \
-              lengthen a relaxation time by half a step.",
-    revealed_by: "Nothing in the data: refining mesh and steps shows it.",
-    mimicked_by: "All moduli together, amplitude.",
-    mimics: &["amplitude", "specimen_size"],
-};
+    ]);

@@ -12,16 +12,18 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "eyring",
-    title: "nonlinear (Eyring) viscosity",
-    place: Place::Specimen,
-    variants: &[one_sided("sinh flow", &[linear("effect.eyring.inverse_stress", 0.0, 5e-3)])],
-    physics: "Stress helps the dashpots' units over their barriers, so that the rate of flow grows with the \
-              hyperbolic sine of the stress. Peaks are cut the more the faster they are reached, and relaxation \
-              begins fast and ends slowly.",
-    revealed_by: "The ratio of peaks at two rates below that of linear dashpots; relaxation whose shape depends \
-                  on the depth.",
-    mimicked_by: "A spectrum of branches at one rate and depth; compliance or lag at the peak.",
-    mimics: &["third_branch", "compliance", "load_cell_lag"],
-};
+pub const EFFECT: Effect = Effect::new("eyring", "nonlinear (Eyring) viscosity", Place::Specimen)
+    .physics(
+        "Stress helps the dashpots' units over their barriers, so that the rate of flow grows with the \
+         hyperbolic sine of the stress. Peaks are cut the more the faster they are reached, and \
+         relaxation begins fast and ends slowly.",
+    )
+    .revealed_by(
+        "The ratio of peaks at two rates below that of linear dashpots; relaxation whose shape depends \
+         on the depth.",
+    )
+    .mimicked_by(
+        "A spectrum of branches at one rate and depth; compliance or lag at the peak.",
+        &["third_branch", "compliance", "load_cell_lag"],
+    )
+    .variants(&[one_sided("sinh flow", &[linear("effect.eyring.inverse_stress", 0.0, 5e-3)])]);

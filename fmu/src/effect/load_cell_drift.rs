@@ -12,14 +12,14 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "load_cell_drift",
-    title: "load-cell drift",
-    place: Place::Sensor,
-    variants: &[two_sided("upwards", &[linear("effect.load_cell_drift.rate", 0.0, 2e-6)])],
-    physics: "Temperature and creep of the cell move its zero; the reading grows linearly with time. It does so \
-              in air as well as in contact.",
-    revealed_by: "The force off contact, in approach and rests.",
-    mimicked_by: "Over one hold a slow branch or modulus drift, which both leave the air at zero.",
-    mimics: &["third_branch", "modulus_drift"],
-};
+pub const EFFECT: Effect = Effect::new("load_cell_drift", "load-cell drift", Place::Sensor)
+    .physics(
+        "Temperature and creep of the cell move its zero; the reading grows linearly with time. It does \
+         so in air as well as in contact.",
+    )
+    .revealed_by("The force off contact, in approach and rests.")
+    .mimicked_by(
+        "Over one hold a slow branch or modulus drift, which both leave the air at zero.",
+        &["third_branch", "modulus_drift"],
+    )
+    .variants(&[two_sided("upwards", &[linear("effect.load_cell_drift.rate", 0.0, 2e-6)])]);

@@ -12,15 +12,17 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "load_cell_lag",
-    title: "load-cell lag",
-    place: Place::Sensor,
-    variants: &[one_sided("low pass", &[linear("effect.load_cell_lag.time", 0.0, 0.05)])],
-    physics: "Cell and filter follow the force with a first-order low pass. Peaks are cut and rounded, and \
-              everything fast comes later.",
-    revealed_by: "The kink of the force after that of the displacement, a delay in proportion to the rate, a \
-                  rounded peak.",
-    mimicked_by: "The fast branch at the peak; compliance; an offset at one single rate.",
-    mimics: &["compliance", "offset"],
-};
+pub const EFFECT: Effect = Effect::new("load_cell_lag", "load-cell lag", Place::Sensor)
+    .physics(
+        "Cell and filter follow the force with a first-order low pass. Peaks are cut and rounded, and \
+         everything fast comes later.",
+    )
+    .revealed_by(
+        "The kink of the force after that of the displacement, a delay in proportion to the rate, a \
+         rounded peak.",
+    )
+    .mimicked_by(
+        "The fast branch at the peak; compliance; an offset at one single rate.",
+        &["compliance", "offset"],
+    )
+    .variants(&[one_sided("low pass", &[linear("effect.load_cell_lag.time", 0.0, 0.05)])]);

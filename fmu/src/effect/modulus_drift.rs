@@ -15,16 +15,18 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "modulus_drift",
-    title: "modulus drift (drying, swelling)",
-    place: Place::Specimen,
-    variants: &[two_sided("drying", &[linear("effect.modulus_drift.rate", 0.0, 1e-4)])],
-    physics: "Drying stiffens the skeleton, swelling softens it, whatever the punch does. All moduli and \
-              viscosities grow exponentially with the time since the test's start.",
-    revealed_by: "Peaks and ends of the hold that grow or fall together from cycle to cycle, also after long \
-                  rests.",
-    mimicked_by: "Over one hold a slow branch; softening for a falling force, but that ends after the first \
-                  cycle.",
-    mimics: &["third_branch", "softening", "load_cell_drift"],
-};
+pub const EFFECT: Effect = Effect::new("modulus_drift", "modulus drift (drying, swelling)", Place::Specimen)
+    .physics(
+        "Drying stiffens the skeleton, swelling softens it, whatever the punch does. All moduli and \
+         viscosities grow exponentially with the time since the test's start.",
+    )
+    .revealed_by(
+        "Peaks and ends of the hold that grow or fall together from cycle to cycle, also after long \
+         rests.",
+    )
+    .mimicked_by(
+        "Over one hold a slow branch; softening for a falling force, but that ends after the first \
+         cycle.",
+        &["third_branch", "softening", "load_cell_drift"],
+    )
+    .variants(&[two_sided("drying", &[linear("effect.modulus_drift.rate", 0.0, 1e-4)])]);

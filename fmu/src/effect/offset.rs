@@ -12,14 +12,14 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "offset",
-    title: "contact-point offset",
-    place: Place::Contact,
-    variants: &[two_sided("surface above zero", &[linear("effect.offset.height", 0.0, 2e-5)])],
-    physics: "The surface was found at a threshold force, or by eye, and lies elsewhere. Contact begins earlier \
-              or later, and every depth is wrong by the same height.",
-    revealed_by: "The onset of force in the approach and the foot of the loading ramp.",
-    mimicked_by: "Amplitude at the peak alone; a lag shifts the onset in time, in proportion to the rate.",
-    mimics: &["amplitude", "load_cell_lag", "compliance"],
-};
+pub const EFFECT: Effect = Effect::new("offset", "contact-point offset", Place::Contact)
+    .physics(
+        "The surface was found at a threshold force, or by eye, and lies elsewhere. Contact begins \
+         earlier or later, and every depth is wrong by the same height.",
+    )
+    .revealed_by("The onset of force in the approach and the foot of the loading ramp.")
+    .mimicked_by(
+        "Amplitude at the peak alone; a lag shifts the onset in time, in proportion to the rate.",
+        &["amplitude", "load_cell_lag", "compliance"],
+    )
+    .variants(&[two_sided("surface above zero", &[linear("effect.offset.height", 0.0, 2e-5)])]);

@@ -12,14 +12,13 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "permeability",
-    title: "strain-dependent permeability",
-    place: Place::Specimen,
-    variants: &[one_sided("power", &[linear("effect.permeability.exponent", 0.0, 5.0)])],
-    physics: "Compaction narrows the pores, and the permeability falls with a power of the pore volume. \
-              Drainage of the most compressed region then slows down.",
-    revealed_by: "Consolidation that is slower at larger depth; visible only where seepage is (soft skeleton).",
-    mimicked_by: "K0 itself; nothing to see while lambda* = 1e5 Pa.",
-    mimics: &["lambda_star", "drained_punch"],
-};
+pub const EFFECT: Effect = Effect::new("permeability", "strain-dependent permeability", Place::Specimen)
+    .physics(
+        "Compaction narrows the pores, and the permeability falls with a power of the pore volume. \
+         Drainage of the most compressed region then slows down.",
+    )
+    .revealed_by(
+        "Consolidation that is slower at larger depth; visible only where seepage is (soft skeleton).",
+    )
+    .mimicked_by("K0 itself; nothing to see while lambda* = 1e5 Pa.", &["lambda_star", "drained_punch"])
+    .variants(&[one_sided("power", &[linear("effect.permeability.exponent", 0.0, 5.0)])]);

@@ -16,17 +16,14 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "slip",
-    title: "frictionless or partly slipping punch",
-    place: Place::Contact,
-    variants: &[
+pub const EFFECT: Effect = Effect::new("slip", "frictionless or partly slipping punch", Place::Contact)
+    .physics(
+        "The wet surface slides under the punch, held back by a thin shear layer. Without any bond the \
+         force is some per cent less and the edge's singularity weaker.",
+    )
+    .revealed_by("Next to nothing in the force; a picture of the contact's edge.")
+    .mimicked_by("All moduli together, amplitude.", &["amplitude", "specimen_size"])
+    .variants(&[
         one_sided("partial", &[linear("effect.slip.compliance", 0.0, 1e-6)]),
         one_sided("frictionless", &[switch("boundary.bonded_punch", 1.0, 0.0)]),
-    ],
-    physics: "The wet surface slides under the punch, held back by a thin shear layer. Without any bond the \
-              force is some per cent less and the edge's singularity weaker.",
-    revealed_by: "Next to nothing in the force; a picture of the contact's edge.",
-    mimicked_by: "All moduli together, amplitude.",
-    mimics: &["amplitude", "specimen_size"],
-};
+    ]);

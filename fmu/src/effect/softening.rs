@@ -16,11 +16,19 @@ parameters! {
 }
 
 /// The declaration.
-pub const EFFECT: Effect = Effect {
-    name: "softening",
-    title: "softening with past strain",
-    place: Place::Specimen,
-    variants: &[
+pub const EFFECT: Effect = Effect::new("softening", "softening with past strain", Place::Specimen)
+    .physics(
+        "Bonds that break on first loading, at once or while it is held, do not heal: stresses fall \
+         with the largest strain a point has seen. Unloading and later cycles to the same depth follow \
+         the softened response.",
+    )
+    .revealed_by("A first cycle above the later ones, unloading below loading without any rate.")
+    .mimicked_by(
+        "Within the first loading all moduli with smaller exponents; over cycles a branch that has not \
+         recovered, or swelling.",
+        &["modulus_drift", "third_branch"],
+    )
+    .variants(&[
         one_sided(
             "immediate",
             &[linear("effect.softening.loss", 0.0, 0.3), switch("effect.softening.strain", 0.2, 0.2)],
@@ -33,11 +41,4 @@ pub const EFFECT: Effect = Effect {
                 switch("effect.softening.delay", 0.0, 20.0),
             ],
         ),
-    ],
-    physics: "Bonds that break on first loading, at once or while it is held, do not heal: stresses fall with the \
-              largest strain a point has seen. Unloading and later cycles to the same depth follow the softened response.",
-    revealed_by: "A first cycle above the later ones, unloading below loading without any rate.",
-    mimicked_by: "Within the first loading all moduli with smaller exponents; over cycles a branch that has not \
-                  recovered, or swelling.",
-    mimics: &["modulus_drift", "third_branch"],
-};
+    ]);

@@ -88,6 +88,8 @@ mod tests {
     fn settings_are_variables_that_start_at_null() {
         for effect in CATALOGUE {
             assert!(!effect.variants.is_empty(), "{}", effect.name);
+            let words = [effect.physics, effect.revealed_by, effect.mimicked_by];
+            assert!(words.iter().all(|w| !w.is_empty()), "{}", effect.name);
             for setting in effect.variants.iter().flat_map(|v| v.settings) {
                 let (_, variable) = variables::by_name(setting.parameter)
                     .unwrap_or_else(|| panic!("{}: {}", effect.name, setting.parameter));

@@ -16,7 +16,7 @@ use crate::solver::linear::Singular;
 use crate::solver::newton::{self, Aim, NewtonFailure, System, Workspace};
 use crate::specimen::extrapolation::Extrapolation;
 use crate::specimen::step::{Found, Task};
-use crate::specimen::{Constants, Discretisation, Lengths, State};
+use crate::specimen::{Constants, Discretisation, State};
 use std::sync::Arc;
 
 /// Loosest reduction of a linear residual: a Newton correction need be no better than that far from the solution.
@@ -62,13 +62,12 @@ impl SolidStepper {
             work: Workspace::new(unknowns, sample.map.pattern.rows.len()),
             raw_residual: vec![0.0; unknowns],
             residual_norms: Vec::new(),
-            constants: Constants {
-                lengths: Lengths::default(),
-                force_scale: stress_scale * length_scale * length_scale,
-                separates: false,
-                scheme: parameters.solver.time_scheme,
-                compliance: 0.0,
-            },
+            constants: Constants::new(
+                (stress_scale, length_scale),
+                false,
+                parameters.solver.time_scheme,
+                0.0,
+            ),
             sample,
         };
         stepper.constants.lengths = stepper.undeformed(0.0).lengths();

@@ -124,6 +124,19 @@ pub struct Constants {
     pub compliance: f64,
 }
 
+impl Constants {
+    /// Of a specimen whose entries are not counted yet, with its scales of stress (Pa) and length (m).
+    pub fn new((stress, length): (f64, f64), separates: bool, scheme: TimeScheme, compliance: f64) -> Self {
+        Self {
+            lengths: Lengths::default(),
+            force_scale: stress * length * length,
+            separates,
+            scheme,
+            compliance,
+        }
+    }
+}
+
 /// A discretised specimen that makes one step at a time.
 pub trait Discretisation {
     /// The undeformed specimen.

@@ -2,7 +2,6 @@
 
 use super::sample::Sample;
 use super::setup::Setup;
-use super::state::Lengths;
 use super::step::{Constants, Discretisation};
 use crate::contact::parameters::BoundaryParameters;
 use crate::contact::{Conditions, Profile, Surface};
@@ -74,13 +73,12 @@ impl Stepper {
             raw_residual: vec![0.0; unknowns],
             reaction_row: vec![0.0; unknowns],
             residual_norms: Vec::new(),
-            constants: Constants {
-                lengths: Lengths::default(),
-                force_scale: stress_scale * length_scale * length_scale,
-                separates: true,
-                scheme: setup.solver.time_scheme,
-                compliance: setup.compliance,
-            },
+            constants: Constants::new(
+                (stress_scale, length_scale),
+                true,
+                setup.solver.time_scheme,
+                setup.compliance,
+            ),
             sample,
         };
         stepper.constants.lengths = stepper.undeformed(0.0).lengths();

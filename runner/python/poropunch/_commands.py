@@ -25,15 +25,26 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Identification:
+class _Answer:
+    """What a command answered. In a notebook it shows the page."""
+
+    report: Any
+    """Everything, as in the file that it writes."""
+    said: list[str] = field(repr=False)
+    """What the program said meanwhile."""
+    page: str = field(repr=False)
+    """The page of the report: it needs no other file."""
+
+    def _repr_html_(self) -> str:
+        return _page.framed(self.page)
+
+
+@dataclass(frozen=True)
+class Identification(_Answer):
     """Identified parameters and what they are worth. In a notebook it shows the page of the report."""
 
     report: identification.FitReport
     """Everything, as in result.json."""
-    said: list[str] = field(repr=False)
-    """What the program said meanwhile."""
-    page: str = field(repr=False)
-    """The page, report.html: it needs no other file."""
 
     @property
     def converged(self) -> bool:
@@ -70,20 +81,13 @@ class Identification:
         verdict = self.report.verdict
         return "\n".join([verdict.headline, *verdict.determined, *verdict.undetermined])
 
-    def _repr_html_(self) -> str:
-        return _page.framed(self.page)
-
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(_Answer):
     """Why the best fit misses the data. In a notebook it shows the page."""
 
     report: diagnosis.Diagnosis
     """Everything, as in diagnosis.json."""
-    said: list[str] = field(repr=False)
-    """What the program said meanwhile."""
-    page: str = field(repr=False)
-    """The page, diagnosis.html: it needs no other file."""
 
     @property
     def effects(self) -> pandas.DataFrame:
@@ -110,20 +114,13 @@ class Diagnosis:
     def __str__(self) -> str:
         return self.report.verdict.text
 
-    def _repr_html_(self) -> str:
-        return _page.framed(self.page)
-
 
 @dataclass(frozen=True)
-class Inspection:
+class Inspection(_Answer):
     """What measurements say without a model. In a notebook it shows the page."""
 
     report: inspection.Inspection
     """Everything, as in inspection.json."""
-    said: list[str] = field(repr=False)
-    """What the program said meanwhile."""
-    page: str = field(repr=False)
-    """The page, inspection.html: it needs no other file."""
 
     @property
     def cycles(self) -> pandas.DataFrame:
@@ -134,9 +131,6 @@ class Inspection:
 
     def __str__(self) -> str:
         return "\n".join(self.said)
-
-    def _repr_html_(self) -> str:
-        return _page.framed(self.page)
 
 
 def identify(

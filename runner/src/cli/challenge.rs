@@ -20,15 +20,9 @@ use crate::setting::settings_from;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
 
-/// Check the diagnosis on cases whose cause it does not know: make them, answer them, score the answers.
-#[derive(Debug, Args)]
-pub struct Arguments {
-    #[command(subcommand)]
-    step: Step,
-}
-
+/// What is done with the cases.
 #[derive(Debug, Subcommand)]
-enum Step {
+pub enum Step {
     /// Draw causes, sizes and materials at random, simulate them with another solver than the diagnosis', add noise,
     /// and write the data; the key is sealed.
     ///
@@ -43,7 +37,7 @@ enum Step {
 }
 
 #[derive(Debug, Args)]
-struct Make {
+pub struct Make {
     /// Seed of all draws [default: one that only the key tells]
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
@@ -78,7 +72,7 @@ struct Make {
 }
 
 #[derive(Debug, Args)]
-struct Answer {
+pub struct Answer {
     /// Folder of the cases
     #[arg(value_name = "DIR")]
     folder: PathBuf,
@@ -98,7 +92,7 @@ struct Answer {
 }
 
 #[derive(Debug, Args)]
-struct Score {
+pub struct Score {
     /// Folders of the cases and answers: the batches are scored as one
     #[arg(value_name = "DIR", required = true)]
     folders: Vec<PathBuf>,
@@ -117,8 +111,8 @@ struct Score {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
-    match &arguments.step {
+pub fn run(step: &Step, call: &Invocation) -> CliResult {
+    match step {
         Step::Make(arguments) => make_cases(arguments, call),
         Step::Answer(arguments) => answer(arguments, call),
         Step::Score(arguments) => score_answers(arguments),

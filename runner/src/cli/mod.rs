@@ -73,13 +73,15 @@ enum Command {
     /// Tell which unmodelled effect explains the gap between the best fit and the measurements.
     Diagnose(Box<diagnose::Arguments>),
     /// Check the diagnosis on cases whose cause it does not know: make them, answer them, score the answers.
-    Challenge(challenge::Arguments),
+    #[command(subcommand)]
+    Challenge(challenge::Step),
     /// Score given parameters against measurements, without fitting.
     Validate(validate::Arguments),
     /// Run many parameter sets in parallel.
     Batch(batch::Arguments),
     /// Ask the same of many specimens, on this machine or on a cluster.
-    Study(Box<study::Arguments>),
+    #[command(subcommand)]
+    Study(Box<study::Step>),
     /// Serve the model to samplers that speak UM-Bridge: parameters in, force and derivatives out.
     UmBridge(um_bridge::Arguments),
     /// Render the HTML page of an earlier identification again.
@@ -158,10 +160,10 @@ fn run(cli: &Cli, call: &Invocation) -> CliResult {
         Command::Inspect(arguments) => inspect::run(arguments, call),
         Command::Identify(arguments) => identify::run(arguments, call),
         Command::Diagnose(arguments) => diagnose::run(arguments, call),
-        Command::Challenge(arguments) => challenge::run(arguments, call),
+        Command::Challenge(step) => challenge::run(step, call),
         Command::Validate(arguments) => validate::run(arguments, call),
         Command::Batch(arguments) => batch::run(arguments, call),
-        Command::Study(arguments) => study::run(arguments, &call.stop),
+        Command::Study(step) => study::run(step, &call.stop),
         Command::UmBridge(arguments) => um_bridge::run(arguments, call),
         Command::Report(arguments) => report::run(arguments),
         Command::Package(arguments) => package::run(arguments),

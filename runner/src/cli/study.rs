@@ -15,15 +15,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Ask the same of many specimens, on this machine or on a cluster.
-#[derive(Debug, Args)]
-pub struct Arguments {
-    #[command(subcommand)]
-    step: Step,
-}
-
+/// What is done with the specimens.
 #[derive(Debug, Subcommand)]
-enum Step {
+pub enum Step {
     /// Write the units of work: plan.json and units.jsonl
     Plan(PlanArguments),
     /// Do units: one, those of an array's task, or all that have no result
@@ -37,7 +31,7 @@ enum Step {
 }
 
 #[derive(Debug, Args)]
-struct PlanArguments {
+pub struct PlanArguments {
     /// CSV table with the columns specimen, files (several with `;`), and if wanted group, parameters
     /// (`geometry.sample_height [mm]`) and covariates; the table of batch; a folder of challenge; or a study.toml
     #[arg(value_name = "TABLE|TOML", value_hint = ValueHint::AnyPath)]
@@ -60,7 +54,7 @@ struct PlanArguments {
 }
 
 #[derive(Debug, Args)]
-struct WorkArguments {
+pub struct WorkArguments {
     /// Directory of the plan
     #[arg(value_name = "PLAN")]
     plan: PathBuf,
@@ -86,7 +80,7 @@ struct WorkArguments {
 }
 
 #[derive(Debug, Args)]
-struct SubmitArguments {
+pub struct SubmitArguments {
     /// Directory of the plan
     #[arg(value_name = "PLAN")]
     plan: PathBuf,
@@ -117,7 +111,7 @@ struct SubmitArguments {
 }
 
 #[derive(Debug, Args)]
-struct StatusArguments {
+pub struct StatusArguments {
     /// Directory of the plan
     #[arg(value_name = "PLAN")]
     plan: PathBuf,
@@ -127,7 +121,7 @@ struct StatusArguments {
 }
 
 #[derive(Debug, Args)]
-struct GatherArguments {
+pub struct GatherArguments {
     /// Directory of the plan
     #[arg(value_name = "PLAN")]
     plan: PathBuf,
@@ -140,8 +134,8 @@ struct GatherArguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, stop: &Arc<AtomicBool>) -> CliResult {
-    match &arguments.step {
+pub fn run(step: &Step, stop: &Arc<AtomicBool>) -> CliResult {
+    match step {
         Step::Plan(arguments) => plan(arguments),
         Step::Work(arguments) => work(arguments, stop),
         Step::Submit(arguments) => submit(arguments, stop),
@@ -358,10 +352,10 @@ fn say_status(s: &status::Status) {
     say!(
         "{} units: {} done, {} running, {} failed, {} waiting",
         s.units,
-        s.done,
-        s.running,
-        s.failed,
-        s.waiting
+        s.counts.done,
+        s.counts.running,
+        s.counts.failed,
+        s.counts.waiting
     );
     if let Some(left) = s.seconds_left {
         say!("some {} left", humantime::format_duration(Duration::from_secs(left.ceil() as u64)));

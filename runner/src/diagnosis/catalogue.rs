@@ -136,8 +136,7 @@ fn largest(variant: &Variant, wiring: &Wiring, size: Size) -> f64 {
         variant.settings.iter().all(|setting| {
             let Some(v) = wiring.parameters.get(setting.parameter) else { return false };
             let value = moved(setting, setting.null, m, size);
-            v.kind != VariableKind::Real
-                || (v.min.unwrap_or(f64::NEG_INFINITY)..=v.max.unwrap_or(f64::INFINITY)).contains(&value)
+            v.kind != VariableKind::Real || v.range.contains(value)
         })
     };
     largest_within(|m| inside(m) && (sign(variant) != Sign::Either || inside(-m)))

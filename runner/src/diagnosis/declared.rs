@@ -87,9 +87,7 @@ fn one(wiring: &Wiring, text: &str) -> Result<Declared, DeclarationError> {
 
 fn effect(name: &str, variable: &ScalarVariable, null: f64, scale: f64) -> Effect {
     let parameter = variable.name.clone();
-    let inside = |value: f64| {
-        (variable.min.unwrap_or(f64::NEG_INFINITY)..=variable.max.unwrap_or(f64::INFINITY)).contains(&value)
-    };
+    let inside = |value: f64| variable.range.contains(value);
     let is_number = variable.kind == VariableKind::Real;
     let sign = match inside(null - scale) {
         _ if !is_number => Sign::Switch,

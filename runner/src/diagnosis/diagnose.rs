@@ -71,30 +71,22 @@ pub struct Findings {
     pub observations: Vec<Observation>,
     /// Their noise.
     pub noise: NoiseModel,
-    /// Fit of the plain model.
-    pub plain: Fit,
-    /// Places where it was looked for misfit.
-    pub spots: Vec<Spot>,
     /// What was asked about.
     pub candidates: Vec<Candidate>,
-    /// Those with a signature, largest evidence first.
-    pub screened: Vec<Screened>,
-    /// Those that could not be computed.
-    pub failed: Vec<Failed>,
     /// Effects that were not screened.
     pub left_out: Vec<LeftOut>,
-    /// Distribution of the largest score of all under noise.
-    pub family: Family,
-    /// Family-wise probability of the largest score.
-    pub probability: f64,
-    /// What a smooth error of any shape explains.
-    pub something_else: SomethingElse,
-    /// Models with effects.
-    pub refits: Vec<Refit>,
+    /// The plain model's fit, and what can be said around it.
+    pub round: Round,
     /// Parts that can be predicted from the rest.
     pub splits: Vec<Split>,
     /// What decided.
     pub thresholds: Thresholds,
+    /// What is told.
+    pub conclusion: Conclusion,
+}
+
+/// The answer, and what is told with it.
+pub struct Conclusion {
     /// The answer.
     pub decision: Decision,
     /// Largest mean difference between data and plain model over half a decade of the time since any kink of the motion, as part of
@@ -170,31 +162,30 @@ pub fn diagnose(
             }
         }
     }
-    let Round { plain, screened, failed, spots, family, probability, flagrant, something_else, refits } =
-        round;
+    let Round { plain, screened, refits, .. } = &round;
     let thresholds = effort.thresholds;
     let y = &plain.linear.residual;
     let splits = splits(&observations);
-    let alike = |a: usize, b: usize| alike(&screened, a, b);
+    let alike = |a: usize, b: usize| alike(screened, a, b);
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
-    let mates = |leader: usize| mates(&candidates, &screened, &refits, y, leader, thresholds.decisive);
-    let accepted = |r: &Refit| accepted(&plain, r, &splits, &thresholds);
+    let mates = |leader: usize| mates(&candidates, screened, refits, y, leader, thresholds.decisive);
+    let accepted = |r: &Refit| accepted(plain, r, &splits, &thresholds);
     let percent = |difference_mn: &DVector<f64>| gap_percent(&observations, difference_mn);
     let explained = |r: &Refit| percent(&(&plain.gap_mn - &r.fit.gap_mn));
     let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
     let gap_percent = percent(&plain.gap_mn);
     let is_small = gap_percent < effort.matters_percent;
-    let removed = |r: &Refit| removed(&plain, r, &splits, &thresholds);
+    let removed = |r: &Refit| removed(plain, r, &splits, &thresholds);
     let decision = decide(&Evidence {
         thresholds,
         is_small,
         explained: &explained_of_what_matters,
         removed: &removed,
-        probability,
-        is_flagrant: flagrant,
+        probability: round.significance.probability,
+        is_flagrant: round.significance.flagrant,
         rivals: effects.len(),
-        refits: &refits,
-        something_else: something_else.evidence,
+        refits,
+        something_else: round.something_else.evidence,
         alike: &alike,
         same: &same,
         mates: &mates,
@@ -203,30 +194,20 @@ pub fn diagnose(
     // What is told of a difference that does not matter is what explains it, without the samples' noise.
     let immaterial = refits.iter().find(|r| decision.is_immaterial && r.members == decision.unnamed);
     let gap_percent = immaterial.map_or(gap_percent, explained);
-    let left = (decision.kind == Kind::NoneOfThese).then(|| leftover(&observations, &plain)).flatten();
+    let left = (decision.kind == Kind::NoneOfThese).then(|| leftover(&observations, plain)).flatten();
     let surviving = match decision.kind {
-        Kind::Group => rivals(&refits, &decision.members, &candidates),
+        Kind::Group => rivals(refits, &decision.members, &candidates),
         _ => vec![],
     };
     let proposals = proposals(setup, &candidates, &noise, &surviving, sample_height_m)?;
     Ok(Findings {
-        gap_percent,
-        leftover: left,
-        proposals,
         noise,
-        spots,
         candidates,
-        screened,
-        failed,
         left_out,
+        round,
         thresholds,
-        family,
-        probability,
-        something_else,
-        refits,
         splits,
-        decision,
-        plain,
+        conclusion: Conclusion { decision, gap_percent, leftover: left, proposals },
         observations,
     })
 }
@@ -247,18 +228,31 @@ struct Asked<'a> {
 }
 
 /// A plain fit, and what can be said around it.
-struct Round {
-    plain: Fit,
-    screened: Vec<Screened>,
-    failed: Vec<Failed>,
-    spots: Vec<Spot>,
-    family: Family,
-    /// Family-wise, of the largest score.
-    probability: f64,
+pub struct Round {
+    /// Fit of the plain model.
+    pub plain: Fit,
+    /// Candidates with a signature, largest evidence first.
+    pub screened: Vec<Screened>,
+    /// Those that could not be computed.
+    pub failed: Vec<Failed>,
+    /// Places where it was looked for misfit.
+    pub spots: Vec<Spot>,
+    /// Whether there is a gap.
+    pub significance: Significance,
+    /// What a smooth error of any shape explains.
+    pub something_else: SomethingElse,
+    /// Models with effects.
+    pub refits: Vec<Refit>,
+}
+
+/// Whether a fit misses the data by more than noise.
+pub struct Significance {
+    /// Distribution of the largest score of all under noise.
+    pub family: Family,
+    /// Family-wise probability of the largest score.
+    pub probability: f64,
     /// Whether chi^2 alone shows a gap.
-    flagrant: bool,
-    something_else: SomethingElse,
-    refits: Vec<Refit>,
+    pub flagrant: bool,
 }
 
 impl Asked<'_> {
@@ -316,7 +310,8 @@ impl Asked<'_> {
                 Search { setup, others, candidates, plain, gap, covariance, evaluations, quick, thresholds };
             refits = search.run(&shown, say)?;
         }
-        Ok(Round { plain, screened, failed, spots, family, probability, flagrant, something_else, refits })
+        let significance = Significance { family, probability, flagrant };
+        Ok(Round { plain, screened, failed, spots, significance, something_else, refits })
     }
 }
 

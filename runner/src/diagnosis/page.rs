@@ -238,11 +238,11 @@ fn parity(d: &Diagnosis) -> Markup {
         h2 { "Relations that need no fit" }
         div.scroll { table {
             thead { tr { th { "relation" } th { "of" } th.number { "value" } th.number { "without effect" } th { "unit" } th { "a deviation shows" } } }
-            tbody { @for p in &d.parity { tr {
-                td { (p.relation) } td { (p.of) }
-                td.number { (number(p.value, 3)) @if let Some(s) = p.sigma { " ± " (number(s, 3)) } }
-                td.number { (p.expected.map_or_else(|| "–".to_owned(), |e| number(e, 3))) }
-                td { (p.unit) } td { (p.shows) }
+            tbody { @for Parity { relation, of, deviation: v, shows } in &d.parity { tr {
+                td { (relation) } td { (of) }
+                td.number { (number(v.value, 3)) @if let Some(s) = v.sigma { " ± " (number(s, 3)) } }
+                td.number { (v.expected.map_or_else(|| "–".to_owned(), |e| number(e, 3))) }
+                td { (v.unit) } td { (shows) }
             } } }
         } }
     }
@@ -255,8 +255,8 @@ fn origin(d: &Diagnosis) -> Markup {
             thead { tr { th { "test" } th.number { "points" } th.number { "cycles" } th.number { "specimens" } th.number { "noise of the curve (mN)" } th.number { "scatter of heights" } } }
             tbody { @for t in &d.tests { tr {
                 td { (t.name) } td.number { (t.points) } td.number { (t.cycles) } td.number { (t.specimens) }
-                td.number { (number(t.white_mn, 3)) }
-                td.number { (t.height_scatter.map_or_else(|| "–".to_owned(), |s| format!("{} %", number(100.0 * s, 1)))) }
+                td.number { (number(t.noise.white_mn, 3)) }
+                td.number { (t.noise.height_scatter.map_or_else(|| "–".to_owned(), |s| format!("{} %", number(100.0 * s, 1)))) }
             } } }
         }
         p.mono { (d.command) }

@@ -1,23 +1,23 @@
 //! Relations that need no fit, from the inspection of the measurements.
 
-use super::result::Parity;
+use super::result::{Deviation, Parity};
 use crate::inspection::{Inspection, TestInspection};
+
+fn relation(relation: &str, of: &str, deviation: Deviation, shows: &str) -> Parity {
+    Parity { relation: relation.to_owned(), of: of.to_owned(), deviation, shows: shows.to_owned() }
+}
+
+fn deviation(value: f64, sigma: Option<f64>, expected: Option<f64>, unit: &str) -> Deviation {
+    Deviation { value, sigma, expected, unit: unit.to_owned() }
+}
 
 /// All relations that the tests offer.
 pub fn parity(inspection: &Inspection) -> Vec<Parity> {
     let mut all = Vec::new();
     for r in &inspection.ratios {
         let of = format!("{} / {}, cycle {}", r.test, r.reference, r.cycle);
-        let mut add = |relation: &str, value: crate::inspection::RatioValue, expected, shows: &str| {
-            all.push(Parity {
-                relation: relation.to_owned(),
-                of: of.clone(),
-                value: value.value,
-                sigma: value.sigma,
-                expected,
-                unit: String::new(),
-                shows: shows.to_owned(),
-            });
+        let mut add = |what: &str, value: crate::inspection::RatioValue, expected, shows: &str| {
+            all.push(relation(what, &of, deviation(value.value, value.sigma, expected, ""), shows));
         };
         add(
             "ratio of forces at the end of the hold",
@@ -36,66 +36,39 @@ fn of_test(test: &TestInspection) -> Vec<Parity> {
     let mut all = Vec::new();
     for c in &test.cycles {
         let of = format!("{}, cycle {}", test.name, c.times.number);
-        let mut add = |relation: &str, value: f64, sigma, expected, unit: &str, shows: &str| {
-            let (of, relation) = (of.clone(), relation.to_owned());
-            let (unit, shows) = (unit.to_owned(), shows.to_owned());
-            all.push(Parity { relation, of, value, sigma, expected, unit, shows });
-        };
-        if let Some(before) = c.off_contact_before_mn {
-            add(
-                "force off contact before",
-                before.value,
-                Some(before.sigma),
-                Some(0.0),
-                "mN",
-                "load-cell offset",
-            );
+        let mut add = |what: &str, found: Deviation, shows: &str| all.push(relation(what, &of, found, shows));
+        if let Some(before) = c.off_contact.off_contact_before_mn {
+            let found = deviation(before.value, Some(before.sigma), Some(0.0), "mN");
+            add("force off contact before", found, "load-cell offset");
         }
-        if let Some(drift) = c.drift_mn {
-            add(
-                "change of the force off contact",
-                drift.value,
-                Some(drift.sigma),
-                Some(0.0),
-                "mN",
-                "load-cell drift",
-            );
+        if let Some(drift) = c.off_contact.drift_mn {
+            let found = deviation(drift.value, Some(drift.sigma), Some(0.0), "mN");
+            add("change of the force off contact", found, "load-cell drift");
         }
         let onset = c.contact.as_ref().and_then(|c| Some((c.onset_mm?.median, c.onset_sigma_mm)));
         if let Some((onset, sigma)) = onset {
             // The onset of a median over the specimens; uncertainty of one of them, so on the careful side.
-            add("onset of force", onset, sigma, Some(0.0), "mm", "contact-point offset, lag, compliance");
+            let found = deviation(onset, sigma, Some(0.0), "mm");
+            add("onset of force", found, "contact-point offset, lag, compliance");
         }
         if c.times.number > 1 {
-            add(
-                "peak over the first cycle's",
-                c.peak_over_first.median,
-                None,
-                None,
-                "",
-                "softening, drying, recovery",
-            );
+            let found = deviation(c.peak_over_first.median, None, None, "");
+            add("peak over the first cycle's", found, "softening, drying, recovery");
         }
         let slope = late_slope(test, c.times.ramp_end_s, c.times.hold_end_s);
         if let Some((slope, sigma)) = slope {
+            let found = deviation(slope, Some(sigma), Some(0.0), "%/decade");
             let shows = "slow relaxation, drift, drying: the hold is too short to tell";
-            add("slope at the end of the hold, relative", slope, Some(sigma), Some(0.0), "%/decade", shows);
+            add("slope at the end of the hold, relative", found, shows);
         }
         if let Some(r) = &c.retraction {
-            let shows = "adhesion";
-            add("retraction minimum", r.minimum_mn.median, None, Some(r.noise_alone_mn), "mN", shows);
+            let found = deviation(r.minimum_mn.median, None, Some(r.noise_alone_mn), "mN");
+            add("retraction minimum", found, "adhesion");
         }
     }
     if let Some((lag, sigma)) = kink_lag(test) {
-        all.push(Parity {
-            relation: "peak of the force after the end of the ramp".to_owned(),
-            of: format!("{}, cycle 1", test.name),
-            value: lag,
-            sigma: Some(sigma),
-            expected: Some(0.0),
-            unit: "s".to_owned(),
-            shows: "load-cell lag".to_owned(),
-        });
+        let (of, found) = (format!("{}, cycle 1", test.name), deviation(lag, Some(sigma), Some(0.0), "s"));
+        all.push(relation("peak of the force after the end of the ramp", &of, found, "load-cell lag"));
     }
     all
 }

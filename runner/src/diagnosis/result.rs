@@ -122,6 +122,14 @@ pub struct TestSummary {
     pub left_out: Option<String>,
     /// Specimens.
     pub specimens: usize,
+    /// Its noise.
+    #[serde(flatten)]
+    pub noise: NoiseSummary,
+}
+
+/// Noise of one test.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NoiseSummary {
     /// White noise of a specimen's sample (mN).
     pub specimen_white_mn: Option<f64>,
     /// White noise of the curve, median over its points (mN).
@@ -141,6 +149,16 @@ pub struct Parity {
     pub relation: String,
     /// Test, tests and cycle.
     pub of: String,
+    /// What was found, and what it would be.
+    #[serde(flatten)]
+    pub deviation: Deviation,
+    /// What a deviation would mean.
+    pub shows: String,
+}
+
+/// A value beside what it would be without an effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Deviation {
     /// Value.
     pub value: f64,
     /// Its standard uncertainty, where known.
@@ -149,8 +167,6 @@ pub struct Parity {
     pub expected: Option<f64>,
     /// Unit.
     pub unit: String,
-    /// What a deviation would mean.
-    pub shows: String,
 }
 
 /// A fitted model.

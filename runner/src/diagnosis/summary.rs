@@ -36,11 +36,12 @@ pub struct About<'a> {
 
 /// The structure.
 pub fn summary(f: &Findings, about: &About) -> Diagnosis {
-    let threshold = f.family.threshold(f.thresholds.significant);
-    let members = &f.decision.members;
+    let threshold = f.round.significance.family.threshold(f.thresholds.significant);
+    let members = &f.conclusion.decision.members;
     let name = |k: &usize| f.candidates[*k].name.clone();
-    let (held_out, shrinkage) = f.decision.refit.map_or((vec![], None), |k| held_out(f, &f.refits[k]));
-    let effects: Vec<EffectSummary> = f.screened.iter().map(|s| effect(f, s, threshold)).collect();
+    let (held_out, shrinkage) =
+        f.conclusion.decision.refit.map_or((vec![], None), |k| held_out(f, &f.round.refits[k]));
+    let effects: Vec<EffectSummary> = f.round.screened.iter().map(|s| effect(f, s, threshold)).collect();
     let not_testable = not_testable(f, &effects);
     let names: Vec<String> = members.iter().map(name).collect();
     let mut diagnosis = Diagnosis {
@@ -48,11 +49,11 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
         command: about.command.clone(),
         quick: about.quick,
         verdict: Verdict {
-            kind: f.decision.kind,
+            kind: f.conclusion.decision.kind,
             effects: names,
-            confidence: f.decision.confidence,
-            gap_percent: f.gap_percent,
-            is_immaterial: f.decision.is_immaterial,
+            confidence: f.conclusion.decision.confidence,
+            gap_percent: f.conclusion.gap_percent,
+            is_immaterial: f.conclusion.decision.is_immaterial,
             matters_percent: about.matters_percent,
             text: String::new(),
         },
@@ -61,15 +62,15 @@ pub fn summary(f: &Findings, about: &About) -> Diagnosis {
         parity: super::parity::parity(about.inspection),
         baseline: plain(f, about),
         location: location(f, threshold),
-        overlap: overlap(&f.screened),
+        overlap: overlap(&f.round.screened),
         models: models(f, about),
-        something_else_evidence: f.something_else.evidence,
+        something_else_evidence: f.round.something_else.evidence,
         held_out,
         shrinkage,
         not_testable,
-        simple_rules: simple_rules(&f.plain, &f.screened, &f.candidates, &f.spots),
-        leftover: f.leftover.clone(),
-        proposals: f.proposals.clone(),
+        simple_rules: simple_rules(&f.round.plain, &f.round.screened, &f.candidates, &f.round.spots),
+        leftover: f.conclusion.leftover.clone(),
+        proposals: f.conclusion.proposals.clone(),
         next: members.iter().map(|k| wording::next(&f.candidates[*k])).collect(),
         warnings: warnings(f),
         curves: curves(f),
@@ -88,11 +89,13 @@ fn test(f: &Findings, i: usize, o: &Observation) -> TestSummary {
         cycles: o.cycle.iter().max().map_or(0, |c| c + 1),
         left_out: (!o.left_out.is_empty()).then(|| o.left_out.join("; ")),
         specimens: o.factors.len(),
-        specimen_white_mn: noise.specimen_white_mn,
-        white_mn: crate::data::measurement::median(&mut noise.white_mn.as_slice().to_vec()),
-        slow_noise: noise.slow_mn,
-        height_scatter: noise.height_scatter,
-        same_specimens: f.noise.same_specimens,
+        noise: NoiseSummary {
+            specimen_white_mn: noise.specimen_white_mn,
+            white_mn: crate::data::measurement::median(&mut noise.white_mn.as_slice().to_vec()),
+            slow_noise: noise.slow_mn,
+            height_scatter: noise.height_scatter,
+            same_specimens: f.noise.same_specimens,
+        },
     }
 }
 
@@ -110,15 +113,16 @@ fn parameters(about: &About, x: &[f64]) -> Vec<(String, f64, String)> {
 fn plain(f: &Findings, about: &About) -> ModelSummary {
     ModelSummary {
         effects: vec![],
-        chi_square: f.plain.solution.chi_square,
-        points: f.plain.gap_mn.len(),
+        chi_square: f.round.plain.solution.chi_square,
+        points: f.round.plain.gap_mn.len(),
         gain: 0.0,
         evidence: 0.0,
-        probability: f64::from(u8::from(f.decision.kind == Kind::NoGap)) * f.decision.confidence,
+        probability: f64::from(u8::from(f.conclusion.decision.kind == Kind::NoGap))
+            * f.conclusion.decision.confidence,
         magnitudes: vec![],
-        adequacy: adequacy(Setup { observations: &f.observations, ..about.setup }, &f.plain),
-        parameters: parameters(about, f.plain.x()),
-        rms_mn: rms(f.plain.gap_mn.iter().copied()),
+        adequacy: adequacy(Setup { observations: &f.observations, ..about.setup }, &f.round.plain),
+        parameters: parameters(about, f.round.plain.x()),
+        rms_mn: rms(f.round.plain.gap_mn.iter().copied()),
     }
 }
 
@@ -136,23 +140,23 @@ fn models(f: &Findings, about: &About) -> Vec<ModelSummary> {
             points: r.fit.gap_mn.len(),
             gain: r.gain,
             evidence: r.evidence,
-            probability: f.decision.probabilities[k],
+            probability: f.conclusion.decision.probabilities[k],
             magnitudes: r.members.iter().map(magnitude).collect(),
             adequacy: r.adequacy,
             parameters: parameters(about, r.fit.x()),
             rms_mn: rms(r.fit.gap_mn.iter().copied()),
         }
     };
-    let mut all: Vec<ModelSummary> = f.refits.iter().enumerate().map(one).collect();
+    let mut all: Vec<ModelSummary> = f.round.refits.iter().enumerate().map(one).collect();
     all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     all
 }
 
 fn location(f: &Findings, threshold: f64) -> Location {
-    let y = &f.plain.linear.residual;
+    let y = &f.round.plain.linear.residual;
     let one = |s: &Spot| {
         let score = s.signature.score(y);
-        let gap = || s.points.iter().map(|&i| f.plain.gap_mn[i]);
+        let gap = || s.points.iter().map(|&i| f.round.plain.gap_mn[i]);
         let (pattern, time_s) = match s.pattern {
             Pattern::Level => ("level", None),
             Pattern::Tilt => ("tilt", None),
@@ -167,19 +171,23 @@ fn location(f: &Findings, threshold: f64) -> Location {
             score,
             mean_mn: gap().sum::<f64>() / s.points.len().max(1) as f64,
             rms_mn: rms(gap()),
-            probability: f.family.probability(score.abs()),
+            probability: f.round.significance.family.probability(score.abs()),
         }
     };
-    Location { threshold, probability: f.probability, spots: f.spots.iter().map(one).collect() }
+    Location {
+        threshold,
+        probability: f.round.significance.probability,
+        spots: f.round.spots.iter().map(one).collect(),
+    }
 }
 
 fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
-    let (candidate, y) = (&f.candidates[s.candidate], &f.plain.linear.residual);
+    let (candidate, y) = (&f.candidates[s.candidate], &f.round.plain.linear.residual);
     let effect = &candidate.effect;
     let score = s.signature.score(y);
     let (magnitude, magnitude_sigma) = s.signature.magnitude(y);
     let like = |o: &&Screened| o.candidate != s.candidate && s.signature.looks_like(&o.signature);
-    let gain = f.refits.iter().find(|r| r.members == [s.candidate]).map(|r| r.gain);
+    let gain = f.round.refits.iter().find(|r| r.members == [s.candidate]).map(|r| r.gain);
     EffectSummary {
         name: candidate.name.clone(),
         family: effect.family.clone(),
@@ -187,7 +195,7 @@ fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
         place: effect.place,
         sign: effect.sign,
         score,
-        probability: f.family.probability(candidate.one_sided(score)),
+        probability: f.round.significance.family.probability(candidate.one_sided(score)),
         magnitude,
         magnitude_sigma,
         scale: effect.scale,
@@ -196,9 +204,9 @@ fn effect(f: &Findings, s: &Screened, threshold: f64) -> EffectSummary {
         actual_gain: gain,
         absorbed: s.signature.absorbed(),
         power: s.signature.strength(),
-        evidence: linear_evidence(candidate, &s.signature, &f.plain.linear.residual),
+        evidence: linear_evidence(candidate, &s.signature, &f.round.plain.linear.residual),
         testable: is_testable(candidate, &s.signature, score, threshold),
-        group: f.screened.iter().filter(like).map(|o| f.candidates[o.candidate].name.clone()).collect(),
+        group: f.round.screened.iter().filter(like).map(|o| f.candidates[o.candidate].name.clone()).collect(),
     }
 }
 
@@ -210,9 +218,9 @@ fn overlap(screened: &[Screened]) -> Vec<Vec<f64>> {
 fn not_testable(f: &Findings, effects: &[EffectSummary]) -> Vec<NotTestable> {
     let weak = effects.iter().filter(|e| !e.testable).map(|e| NotTestable {
         name: e.name.clone(),
-        reason: wording::too_weak(e, f.family.threshold(f.thresholds.significant)),
+        reason: wording::too_weak(e, f.round.significance.family.threshold(f.thresholds.significant)),
     });
-    let failed = f.failed.iter().map(|failed| NotTestable {
+    let failed = f.round.failed.iter().map(|failed| NotTestable {
         name: f.candidates[failed.candidate].name.clone(),
         reason: format!("the model cannot be computed with it: {}", failed.reason),
     });
@@ -232,8 +240,8 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let measured: Vec<f64> = f.observations.iter().flat_map(Observation::force_mn).collect();
     let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.phases.iter().copied()).collect();
     for split in &f.splits {
-        let chosen = chosen_without(&f.refits, &f.candidates, split, &f.thresholds).unwrap_or(refit);
-        let Some(c) = Comparison::new(&f.plain, &chosen.fit, split, &f.thresholds) else { continue };
+        let chosen = chosen_without(&f.round.refits, &f.candidates, split, &f.thresholds).unwrap_or(refit);
+        let Some(c) = Comparison::new(&f.round.plain, &chosen.fit, split, &f.thresholds) else { continue };
         let chosen: Vec<String> = chosen.members.iter().map(|k| f.candidates[*k].name.clone()).collect();
         let draws = c.draws();
         let mut parts = Vec::new();
@@ -276,15 +284,16 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
 
 fn warnings(f: &Findings) -> Vec<String> {
     let mut warnings: Vec<String> = left_out(&f.observations).collect();
-    if !f.plain.solution.stop.converged() {
-        warnings.push(format!("the fit of the plain model: {}", f.plain.solution.stop));
+    if !f.round.plain.solution.stop.converged() {
+        warnings.push(format!("the fit of the plain model: {}", f.round.plain.solution.stop));
     }
     if f.observations.len() < 2 && f.splits.is_empty() {
         warnings.push("one cycle of one test: nothing can be predicted that was not fitted".to_owned());
     }
-    if !f.decision.unnamed.is_empty() {
-        let names: Vec<&str> = f.decision.unnamed.iter().map(|&k| f.candidates[k].name.as_str()).collect();
-        warnings.push(match f.decision.kind {
+    if !f.conclusion.decision.unnamed.is_empty() {
+        let names: Vec<&str> =
+            f.conclusion.decision.unnamed.iter().map(|&k| f.candidates[k].name.as_str()).collect();
+        warnings.push(match f.conclusion.decision.kind {
             Kind::NoGap => format!("what is significant of the difference looks like {}", list(&names)),
             _ => format!("less likely, but not told from the effects named: {}", list(&names)),
         });
@@ -296,8 +305,8 @@ fn warnings(f: &Findings) -> Vec<String> {
 }
 
 fn curves(f: &Findings) -> Vec<CurvePair> {
-    let sigma = f.plain.covariance.total_mn();
-    let after = f.decision.refit.map(|k| &f.refits[k].fit.gap_mn);
+    let sigma = f.round.plain.covariance.total_mn();
+    let after = f.conclusion.decision.refit.map(|k| &f.round.refits[k].fit.gap_mn);
     let mut before = 0;
     let mut all = Vec::new();
     for o in &f.observations {
@@ -310,7 +319,7 @@ fn curves(f: &Findings) -> Vec<CurvePair> {
             time_s: o.measurement.time_s.clone(),
             specimens_mn: specimens_mn(o),
             sigma_mn: sigma.rows(before, n).as_slice().to_vec(),
-            before_mn: model(&f.plain.gap_mn),
+            before_mn: model(&f.round.plain.gap_mn),
             after_mn: after.map(model),
             measured_mn,
         });

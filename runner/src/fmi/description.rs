@@ -65,10 +65,8 @@ pub struct ScalarVariable {
     pub variability: String,
     /// Start value as written.
     pub start: Option<String>,
-    /// Smallest value.
-    pub min: Option<f64>,
-    /// Largest value.
-    pub max: Option<f64>,
+    /// Values that it may have.
+    pub range: Range,
     /// Unit of the value.
     pub unit: Option<String>,
     /// Unit for people.
@@ -79,6 +77,31 @@ pub struct ScalarVariable {
     pub items: Vec<(String, i32)>,
     /// Description.
     pub description: String,
+}
+
+/// Values between two, which are infinite where none is given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+impl Range {
+    /// Whether it holds a value.
+    pub fn contains(&self, value: f64) -> bool {
+        (self.min..=self.max).contains(&value)
+    }
+
+    /// Of the attributes of a declaration, as `attribute` finds them.
+    pub(super) fn declared<'a>(
+        node: Node,
+        attribute: impl Fn(&'static str) -> Option<&'a str>,
+    ) -> Result<Self, FmiError> {
+        let end = |name, none| attribute(name).map_or(Ok(none), |text| parse(node, name, text));
+        Ok(Self { min: end("min", f64::NEG_INFINITY)?, max: end("max", f64::INFINITY)? })
+    }
 }
 
 impl ScalarVariable {
@@ -224,8 +247,7 @@ fn scalar_variable(root: Node, node: Node) -> Result<ScalarVariable, FmiError> {
         causality: node.attribute("causality").unwrap_or("local").to_owned(),
         variability: node.attribute("variability").unwrap_or("continuous").to_owned(),
         start: typed.attribute("start").map(str::to_owned),
-        min: attribute("min").map(|text| parse(typed, "min", text)).transpose()?,
-        max: attribute("max").map(|text| parse(typed, "max", text)).transpose()?,
+        range: Range::declared(typed, attribute)?,
         unit,
         display_unit,
         display_factor,
@@ -275,7 +297,7 @@ pub(super) fn number(node: Node, name: &str) -> Result<Option<f64>, FmiError> {
     node.attribute(name).map(|text| parse(node, name, text)).transpose()
 }
 
-pub(super) fn parse(node: Node, name: &str, text: &str) -> Result<f64, FmiError> {
+fn parse(node: Node, name: &str, text: &str) -> Result<f64, FmiError> {
     text.trim().parse().map_err(|_| bad(node, &format!("{name}=\"{text}\" is not a number")))
 }
 

@@ -2,7 +2,7 @@
 
 use super::FmiError;
 use super::description::{
-    ScalarVariable, VariableKind, bad, child, display_factor, items, number, parse, required,
+    Range, ScalarVariable, VariableKind, bad, child, display_factor, items, number, required,
 };
 use super::places::{Base, Elements, Place, Places};
 use poropunch::model_description::fmi3::ELEMENTS;
@@ -99,8 +99,7 @@ fn variable(
                 .map_or_else(|| default_variability(kind), str::to_owned),
             // One start for all elements is allowed.
             start: starts.get(index).or(starts.first()).cloned(),
-            min: attribute("min").map(|text| parse(node, "min", text)).transpose()?,
-            max: attribute("max").map(|text| parse(node, "max", text)).transpose()?,
+            range: Range::declared(node, attribute)?,
             unit: unit.map(str::to_owned),
             display_unit: display_unit.map(str::to_owned),
             display_factor: factor,

@@ -67,32 +67,21 @@ impl Instance2 {
 macro_rules! access {
     ($get:ident, $set:ident, $rust:ty, $c:ty, $get_name:literal, $set_name:literal, $from:expr, $to:expr) => {
         fn $get(&mut self, references: &[u32]) -> Result<Vec<$rust>, FmiError> {
-            let mut values = vec![<$c>::default(); references.len()];
+            let (component, n) = (self.core.component, references.len());
+            let mut values = vec![<$c>::default(); n];
             // SAFETY: a live component of this library; the arrays have the stated length.
-            let status = unsafe {
-                (self.binary.$get)(
-                    self.core.component,
-                    references.as_ptr(),
-                    references.len(),
-                    values.as_mut_ptr(),
-                )
-            };
+            let status =
+                unsafe { (self.binary.$get)(component, references.as_ptr(), n, values.as_mut_ptr()) };
             self.core.messages.check($get_name, status)?;
             Ok(values.into_iter().map($from).collect())
         }
 
         fn $set(&mut self, references: &[u32], values: &[$rust]) -> Result<(), FmiError> {
-            assert_eq!(references.len(), values.len(), "slices differ in length");
+            let (component, n) = (self.core.component, references.len());
+            assert_eq!(n, values.len(), "slices differ in length");
             let values: Vec<$c> = values.iter().copied().map($to).collect();
             // SAFETY: a live component of this library; the arrays have the stated length.
-            let status = unsafe {
-                (self.binary.$set)(
-                    self.core.component,
-                    references.as_ptr(),
-                    references.len(),
-                    values.as_ptr(),
-                )
-            };
+            let status = unsafe { (self.binary.$set)(component, references.as_ptr(), n, values.as_ptr()) };
             self.core.messages.check($set_name, status)
         }
     };

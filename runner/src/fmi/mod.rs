@@ -22,7 +22,7 @@ mod symbols;
 
 pub use archive::{Files, PLATFORM, PLATFORM_TUPLE};
 pub use description::{
-    Capabilities, DefaultExperiment, ModelDescription, ScalarVariable, VariableKind, Version,
+    Capabilities, DefaultExperiment, ModelDescription, Range, ScalarVariable, VariableKind, Version,
 };
 pub use error::FmiError;
 pub use fmu::{Fmu, builtin_library};

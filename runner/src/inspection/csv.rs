@@ -32,8 +32,11 @@ pub fn cycles_csv(inspection: &Inspection) -> String {
             cells.extend(quartiles(c.relaxation_percent));
             cells.push(Some(c.peak_over_first.median));
             cells.extend([c.retraction.map(|r| r.minimum_mn.median), c.retraction.map(|r| r.noise_alone_mn)]);
-            cells.extend([value(c.off_contact_before_mn), value(c.off_contact_after_mn)]);
-            cells.extend([value(c.drift_mn), c.drift_mn.map(|d| d.sigma)]);
+            cells.extend([
+                value(c.off_contact.off_contact_before_mn),
+                value(c.off_contact.off_contact_after_mn),
+            ]);
+            cells.extend([value(c.off_contact.drift_mn), c.off_contact.drift_mn.map(|d| d.sigma)]);
             let contact = c.contact.as_ref();
             cells.extend([contact.map(|k| k.threshold_mm.median), contact.map(|k| k.threshold_sigma_mm)]);
             cells.extend([

@@ -50,6 +50,7 @@ pub(super) fn cycle(
         Some(Estimate { value: a.value - b.value, sigma: a.sigma.hypot(b.sigma) })
     };
     let drifts: Vec<Estimate> = traces.iter().filter_map(drift).collect();
+    let milli = |of: &[Estimate]| over_specimens(of).map(|e| e.scaled(1e3));
     let c = traces[0].cycles[index];
     let inspection = CycleInspection {
         times: c.times,
@@ -63,9 +64,11 @@ pub(super) fn cycle(
         relaxation_percent: quartiles(&relaxation).scaled(100.0),
         peak_over_first: quartiles(&over_first),
         retraction: retraction(traces, index, noise_n),
-        off_contact_before_mn: over_specimens(&before).map(|e| e.scaled(1e3)),
-        off_contact_after_mn: over_specimens(&after).map(|e| e.scaled(1e3)),
-        drift_mn: over_specimens(&drifts).map(|e| e.scaled(1e3)),
+        off_contact: OffContact {
+            off_contact_before_mn: milli(&before),
+            off_contact_after_mn: milli(&after),
+            drift_mn: milli(&drifts),
+        },
         contact: contact(contacts),
     };
     (inspection, readings)

@@ -81,10 +81,12 @@ fn test(test: &Synchronised, options: &Options) -> Result<(TestInspection, Vec<R
     }
     let inspection = TestInspection {
         name: m.name.clone(),
-        file: m.file.display().to_string(),
-        comments: m.comments.clone(),
-        synthetic: m.is_synthetic(),
-        notes,
+        source: Source {
+            file: m.file.display().to_string(),
+            comments: m.comments.clone(),
+            synthetic: m.is_synthetic(),
+            notes,
+        },
         specimens: m.specimen_names.clone(),
         odd_specimens: odd_specimens(m),
         points: m.len(),
@@ -140,9 +142,11 @@ fn noise(
     NoiseInspection {
         white_mn: parts.map(|p| p.white).or(of_holds.map(|h| h.0)).map(|w| w.scaled(1e3)),
         white_from: if parts.is_some() { NoiseSource::OffContact } else { NoiseSource::Holds },
-        correlated_mn: correlated.map(|c| c.amplitude.scaled(1e3)),
-        correlation_time_s: correlated.map(|c| c.time_s),
-        correlated_below_mn: parts.map(|p| p.correlated_below * 1e3),
+        correlated: CorrelatedNoise {
+            correlated_mn: correlated.map(|c| c.amplitude.scaled(1e3)),
+            correlation_time_s: correlated.map(|c| c.time_s),
+            correlated_below_mn: parts.map(|p| p.correlated_below * 1e3),
+        },
         samples: parts.map(|p| p.samples).or(of_holds.map(|h| h.1)).unwrap_or(0),
         outliers: parts.map_or(0, |p| p.outliers),
         specimen_log_deviation: common.as_ref().map(|c| c.log_deviation),

@@ -246,7 +246,9 @@ pub(super) fn autocorrelation(test: &TestInspection) -> Option<String> {
     .with_reference(0.0)
     .with(None, palette::GREY, Mark::Band(chance), &lags, &low);
     let n = &test.noise;
-    if let (Some(white), Some(amplitude), Some(time)) = (n.white_mn, n.correlated_mn, n.correlation_time_s) {
+    if let (Some(white), Some(amplitude), Some(time)) =
+        (n.white_mn, n.correlated.correlated_mn, n.correlated.correlation_time_s)
+    {
         let share = amplitude.value.powi(2) / (amplitude.value.powi(2) + white.value.powi(2));
         let model: Vec<f64> = lags.iter().map(|lag| share * (-lag / time.value).exp()).collect();
         chart = chart.with(Some("fitted"), palette::VERMILION, Mark::Line, &lags, &model);

@@ -15,7 +15,7 @@ pub fn page(inspection: &Inspection) -> String {
     let body = html! {
         h1 { (title) }
         p.meta { "What the measurements say themselves, without a model. Median [quartiles] of the specimens." }
-        @if inspection.tests.iter().any(|t| t.synthetic) {
+        @if inspection.tests.iter().any(|t| t.source.synthetic) {
             p.synthetic { "Synthetic data: computed, not measured" }
         }
         @if inspection.tests.len() > 1 { (together(inspection)) }
@@ -80,7 +80,7 @@ fn one_test(test: &TestInspection, threshold_mn: f64) -> Markup {
             (cycles(test)) ", " (test.points) " points, "
             @if test.specimens.is_empty() { "one curve" } @else { (test.specimens.len()) " specimens" }
         }
-        @if !test.notes.is_empty() { ul { @for note in &test.notes { li { (text(note)) } } } }
+        @if !test.source.notes.is_empty() { ul { @for note in &test.source.notes { li { (text(note)) } } } }
         @if !test.odd_specimens.is_empty() {
             ul { @for odd in &test.odd_specimens { li { b { (text(&odd_line(odd))) } } } }
         }
@@ -170,9 +170,9 @@ fn contacts(test: &TestInspection, threshold_mn: f64) -> Markup {
                     (text(&quartiles(r.minimum_mn, 3))) @if r.adhesion { b { " adhesion" } }
                 } }
                 td.number { @if let Some(r) = c.retraction { (text(&format!("{:.3}", r.noise_alone_mn))) } }
-                td.number { (optional(c.off_contact_before_mn)) }
-                td.number { (optional(c.off_contact_after_mn)) }
-                td.number { (optional(c.drift_mn)) }
+                td.number { (optional(c.off_contact.off_contact_before_mn)) }
+                td.number { (optional(c.off_contact.off_contact_after_mn)) }
+                td.number { (optional(c.off_contact.drift_mn)) }
             } } }
         } }
         p.caption {
@@ -189,9 +189,9 @@ fn origin(inspection: &Inspection) -> Markup {
     html! {
         h2 { "Origin" }
         table { tbody { @for t in &inspection.tests { tr {
-            td { b { (t.name) } } td { span.mono { (t.file) } }
-            td.wrap { @if t.comments.is_empty() { "the file does not say where its data come from" }
-                @else { (t.comments.join("; ")) } }
+            td { b { (t.name) } } td { span.mono { (t.source.file) } }
+            td.wrap { @if t.source.comments.is_empty() { "the file does not say where its data come from" }
+                @else { (t.source.comments.join("; ")) } }
         } } } }
         p.mono { (inspection.command) }
         p.caption { "Schema " (inspection.schema) }

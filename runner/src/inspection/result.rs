@@ -31,14 +31,9 @@ pub struct Inspection {
 pub struct TestInspection {
     /// Its name.
     pub name: String,
-    /// File, or directory of the specimens' files.
-    pub file: String,
-    /// Comment lines of the file.
-    pub comments: Vec<String>,
-    /// Whether the file says that it was not measured.
-    pub synthetic: bool,
-    /// What was read leniently or needs attention.
-    pub notes: Vec<String>,
+    /// Where it comes from.
+    #[serde(flatten)]
+    pub source: Source,
     /// Names of the specimens; empty where the file holds one curve.
     pub specimens: Vec<String>,
     /// Specimens that differ from all others in shape or height.
@@ -56,6 +51,19 @@ pub struct TestInspection {
     /// The curve with its phases, for the page and phases.csv.
     #[serde(skip)]
     pub curve: PhaseCurve,
+}
+
+/// Where a test comes from, and what its file says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Source {
+    /// File, or directory of the specimens' files.
+    pub file: String,
+    /// Comment lines of the file.
+    pub comments: Vec<String>,
+    /// Whether the file says that it was not measured.
+    pub synthetic: bool,
+    /// What was read leniently or needs attention.
+    pub notes: Vec<String>,
 }
 
 /// A specimen that is none of its kind.
@@ -116,12 +124,9 @@ pub struct CycleInspection {
     pub peak_over_first: Quartiles,
     /// Smallest force after the hold.
     pub retraction: Option<Retraction>,
-    /// Mean force before first touch (mN).
-    pub off_contact_before_mn: Option<Estimate>,
-    /// Mean force after withdrawal (mN).
-    pub off_contact_after_mn: Option<Estimate>,
-    /// Change of the force off contact over the cycle, specimen by specimen (mN).
-    pub drift_mn: Option<Estimate>,
+    /// Force off contact.
+    #[serde(flatten)]
+    pub off_contact: OffContact,
     /// First touch; none where no specimen's force passes the threshold.
     pub contact: Option<ContactInspection>,
 }
@@ -144,6 +149,17 @@ pub struct Retraction {
     pub noise_alone_mn: f64,
     /// Whether the median minimum is below that: the sample holds the punch.
     pub adhesion: bool,
+}
+
+/// Force off contact.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OffContact {
+    /// Mean force before first touch (mN).
+    pub off_contact_before_mn: Option<Estimate>,
+    /// Mean force after withdrawal (mN).
+    pub off_contact_after_mn: Option<Estimate>,
+    /// Change of the force off contact over the cycle, specimen by specimen (mN).
+    pub drift_mn: Option<Estimate>,
 }
 
 /// First touch.
@@ -176,12 +192,9 @@ pub struct NoiseInspection {
     pub white_mn: Option<Estimate>,
     /// Where the white part was told.
     pub white_from: NoiseSource,
-    /// Correlated part off contact (mN); none where none is seen.
-    pub correlated_mn: Option<Estimate>,
-    /// Correlation time of that part (s).
-    pub correlation_time_s: Option<Estimate>,
-    /// The correlated part is below this, with 95 % confidence (mN).
-    pub correlated_below_mn: Option<f64>,
+    /// The correlated part.
+    #[serde(flatten)]
+    pub correlated: CorrelatedNoise,
     /// Samples that tell it.
     pub samples: usize,
     /// Samples left out.
@@ -195,6 +208,17 @@ pub struct NoiseInspection {
     /// Autocorrelation off contact.
     #[serde(skip)]
     pub autocorrelation: Vec<Autocorrelation>,
+}
+
+/// Noise off contact that lasts from sample to sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CorrelatedNoise {
+    /// Correlated part off contact (mN); none where none is seen.
+    pub correlated_mn: Option<Estimate>,
+    /// Correlation time of that part (s).
+    pub correlation_time_s: Option<Estimate>,
+    /// The correlated part is below this, with 95 % confidence (mN).
+    pub correlated_below_mn: Option<f64>,
 }
 
 /// A faster test against the slowest, in one cycle.

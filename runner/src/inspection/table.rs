@@ -20,7 +20,7 @@ pub fn table(inspection: &Inspection) -> String {
         for odd in &test.odd_specimens {
             let _ = writeln!(out, "warning: {}", odd_line(odd));
         }
-        for note in &test.notes {
+        for note in &test.source.notes {
             let _ = writeln!(out, "note: {note}");
         }
         out.push('\n');
@@ -42,7 +42,7 @@ fn describe(out: &mut String, test: &TestInspection) {
         0 => "one curve".to_owned(),
         n => format!("{n} specimens; median [quartiles]"),
     };
-    let synthetic = if test.synthetic { " - SYNTHETIC: computed, not measured" } else { "" };
+    let synthetic = if test.source.synthetic { " - SYNTHETIC: computed, not measured" } else { "" };
     let _ = writeln!(out, "{}: {}, {} points, {specimens}{synthetic}", test.name, cycles(test), test.points);
     if !test.shifts_s.is_empty() {
         let shifts = test.specimens.iter().zip(&test.shifts_s);
@@ -111,9 +111,9 @@ fn contacts(out: &mut String, test: &TestInspection, threshold_mn: f64) {
             }),
             onset.map_or_else(dash, |(q, sigma)| plus_minus(Estimate { value: q.median, sigma })),
             pull,
-            c.off_contact_before_mn.map_or_else(dash, plus_minus),
-            c.off_contact_after_mn.map_or_else(dash, plus_minus),
-            c.drift_mn.map_or_else(dash, plus_minus),
+            c.off_contact.off_contact_before_mn.map_or_else(dash, plus_minus),
+            c.off_contact.off_contact_after_mn.map_or_else(dash, plus_minus),
+            c.off_contact.drift_mn.map_or_else(dash, plus_minus),
         ]
     };
     let rows: Vec<Vec<String>> = test.cycles.iter().map(row).collect();
@@ -143,7 +143,7 @@ pub(super) fn noise(n: &NoiseInspection) -> Vec<String> {
             plus_minus(white)
         ));
     }
-    match (n.correlated_mn, n.correlation_time_s, n.correlated_below_mn) {
+    match (n.correlated.correlated_mn, n.correlated.correlation_time_s, n.correlated.correlated_below_mn) {
         (Some(amplitude), Some(time), _) => lines.push(format!(
             "correlated noise: {} mN, correlation time {} s",
             plus_minus(amplitude),

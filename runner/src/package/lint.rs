@@ -3,7 +3,7 @@
 use super::archive::LICENSES;
 use super::binaries::lint_binaries;
 use super::lint3;
-use crate::fmi::{Files, FmiError, Fmu, ModelDescription, VariableKind, Version};
+use crate::fmi::{Files, FmiError, Fmu, ModelDescription, Range, VariableKind, Version};
 use roxmltree::{Document, Node};
 use std::collections::HashSet;
 use std::path::Path;
@@ -125,17 +125,13 @@ fn lint_variables(description: &ModelDescription, problems: &mut Vec<String>) {
             (Some(text), Some(start)) if !start.is_finite() => {
                 problems.push(format!("{name}: start `{text}` is not finite"));
             }
-            (_, Some(start))
-                if variable.min.is_some_and(|min| start < min)
-                    || variable.max.is_some_and(|max| start > max) =>
-            {
+            (_, Some(start)) if start < variable.range.min || start > variable.range.max => {
                 problems.push(format!("{name}: start {start} is outside its own range"));
             }
             _ => {}
         }
-        if let (Some(min), Some(max)) = (variable.min, variable.max)
-            && (min.is_nan() || max.is_nan() || min > max)
-        {
+        let Range { min, max } = variable.range;
+        if min.is_nan() || max.is_nan() || min > max {
             problems.push(format!("{name}: min {min} and max {max} are no range"));
         }
     }

@@ -5,6 +5,7 @@ use super::frame::{self, Frame};
 use super::report::{PopulationReport, report};
 use super::results::Kind;
 use super::{Failure, Plan, Question, Results, StudyError, Unit, page};
+use crate::diagnosis::result as diagnosis;
 use crate::inference::statistics::Determination;
 use crate::output::{json, write_file, write_file_in_parts};
 use std::collections::{BTreeSet, HashSet};
@@ -55,12 +56,8 @@ impl Row {
 pub struct Verdict {
     /// Kind of answer, and the effects of one.
     pub answer: String,
-    /// In words.
-    pub text: String,
-    /// Probability that it is right.
-    pub confidence: f64,
-    /// Size of the gap (%).
-    pub gap_percent: f64,
+    /// The answer itself.
+    pub of: diagnosis::Verdict,
     /// Part of the gap that goes.
     pub shrinkage: Option<f64>,
     /// Tests.
@@ -129,7 +126,7 @@ fn rows(plan: &Plan) -> Result<(Vec<Row>, BTreeSet<String>), StudyError> {
                     .map(|a| (a.converged, a.run.vector, Found::Fit(a.answer.digest(&mut words)))),
                 _ => {
                     let found = results.get::<Answered<DiagnosisAnswer>>(Kind::Result, &key)?;
-                    found.map(|a| (a.converged, a.run.vector, verdict(&a.answer)))
+                    found.map(|a| (a.converged, a.run.vector, verdict(a.answer)))
                 }
             };
             if let Some((converged, vector, found)) = found {
@@ -168,18 +165,16 @@ fn keep_answer(plan: &Plan, results: &Results, unit: &Unit) -> Result<(), StudyE
     Ok(write_file(&file, &text)?)
 }
 
-fn verdict(answer: &DiagnosisAnswer) -> Found {
+fn verdict(answer: DiagnosisAnswer) -> Found {
     let v = &answer.verdict;
     let kind = serde_json::to_value(v.kind).ok().and_then(|k| k.as_str().map(str::to_owned));
     let kind = kind.unwrap_or_default();
     let named = if v.effects.is_empty() { kind } else { format!("{kind}: {}", v.effects.join(" + ")) };
     Found::Verdict(Verdict {
         answer: named,
-        text: v.text.clone(),
-        confidence: v.confidence,
-        gap_percent: v.gap_percent,
         shrinkage: answer.shrinkage.as_ref().and_then(|s| s.value),
         curves: answer.curves(),
+        of: answer.verdict,
     })
 }
 
@@ -187,7 +182,7 @@ fn verdict(answer: &DiagnosisAnswer) -> Found {
 fn forget_curves(rows: &mut [Row]) {
     let misfit = |row: &Row| match &row.found {
         Found::Fit(fit) if !fit.curves.is_empty() => Some(fit.reduced_chi_square),
-        Found::Verdict(v) if !v.curves.is_empty() => Some(v.gap_percent),
+        Found::Verdict(v) if !v.curves.is_empty() => Some(v.of.gap_percent),
         _ => None,
     };
     let mut misfits: Vec<f64> = rows.iter().filter_map(misfit).collect();
@@ -306,10 +301,10 @@ fn add_verdicts(table: &mut Frame, rows: &[Row]) {
         _ => None,
     };
     table.text("answer", rows.iter().map(|row| said(row, |v| v.answer.clone())));
-    table.number("confidence", rows.iter().map(|row| number(row, |v| Some(v.confidence))));
-    table.number("gap_percent", rows.iter().map(|row| number(row, |v| Some(v.gap_percent))));
+    table.number("confidence", rows.iter().map(|row| number(row, |v| Some(v.of.confidence))));
+    table.number("gap_percent", rows.iter().map(|row| number(row, |v| Some(v.of.gap_percent))));
     table.number("shrinkage", rows.iter().map(|row| number(row, |v| v.shrinkage)));
-    table.text("text", rows.iter().map(|row| said(row, |v| v.text.clone())));
+    table.text("text", rows.iter().map(|row| said(row, |v| v.of.text.clone())));
 }
 
 /// The table of `batch`, row by row, and its curves.

@@ -33,6 +33,18 @@ pub struct Status {
     pub schema: String,
     /// All units.
     pub units: usize,
+    /// How many of them are in each state.
+    #[serde(flatten)]
+    pub counts: Counts,
+    /// Time until the last one at the present pace (s); none where nothing runs or the pace is not known.
+    pub seconds_left: Option<f64>,
+    /// Reasons of failures, each with the numbers of its units.
+    pub reasons: Vec<Reason>,
+}
+
+/// Numbers of units.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Counts {
     /// With a result.
     pub done: usize,
     /// Failed.
@@ -41,10 +53,17 @@ pub struct Status {
     pub running: usize,
     /// Not begun.
     pub waiting: usize,
-    /// Time until the last one at the present pace (s); none where nothing runs or the pace is not known.
-    pub seconds_left: Option<f64>,
-    /// Reasons of failures, each with the numbers of its units.
-    pub reasons: Vec<Reason>,
+}
+
+impl Counts {
+    fn count(&mut self, state: State) {
+        *match state {
+            State::Done => &mut self.done,
+            State::Failed => &mut self.failed,
+            State::Running => &mut self.running,
+            State::Waiting => &mut self.waiting,
+        } += 1;
+    }
 }
 
 /// Why units failed.
@@ -129,13 +148,13 @@ pub fn missing(plan: &Plan, again: bool) -> Result<Vec<usize>, StudyError> {
 pub fn status(plan: &Plan, told: &mut dyn FnMut(&UnitStatus)) -> Result<Status, StudyError> {
     let results = Results::new(&plan.results());
     let states = States::read(&results)?;
-    let mut counts = [0; 4];
+    let mut counts = Counts::default();
     let mut reasons: Vec<(String, Vec<usize>)> = Vec::new();
     let mut done = Vec::new();
     for unit in plan.units()? {
         let unit = unit?;
         let state = states.of(&unit);
-        counts[state as usize] += 1;
+        counts.count(state);
         let mut reason = None;
         if state == State::Failed {
             let failure: Option<Failure> = results.get(Kind::Failure, &unit.key)?;
@@ -151,18 +170,14 @@ pub fn status(plan: &Plan, told: &mut dyn FnMut(&UnitStatus)) -> Result<Status, 
         }
         told(&UnitStatus { unit: unit.unit, specimen: unit.specimen, state, reason });
     }
-    let [done_count, failed, running, waiting] = counts;
-    let seconds_left = if running > 0 { pace(&results.times(done.iter())) } else { None };
+    let seconds_left = if counts.running > 0 { pace(&results.times(done.iter())) } else { None };
     let written =
         |(reason, units): (String, Vec<usize>)| Reason { reason, units: super::ranges::written(&units) };
     Ok(Status {
         schema: SCHEMA.to_owned(),
         units: plan.header.units,
-        done: done_count,
-        failed,
-        running,
-        waiting,
-        seconds_left: seconds_left.map(|s| s * (running + waiting) as f64),
+        counts,
+        seconds_left: seconds_left.map(|s| s * (counts.running + counts.waiting) as f64),
         reasons: reasons.into_iter().map(written).collect(),
     })
 }

@@ -11,6 +11,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Settings that a client sends with a request.
+pub type Config = Map<String, Value>;
+
 /// mN per N.
 const MILLI: f64 = 1e3;
 
@@ -36,7 +39,7 @@ impl ForwardModel {
     }
 
     /// The job for an input, with settings that the client sent: numbers are SI, texts have units.
-    fn job(&self, input: &[f64], config: &Map<String, Value>, derivatives: bool) -> Result<Job, Refusal> {
+    fn job(&self, input: &[f64], config: &Config, derivatives: bool) -> Result<Job, Refusal> {
         let refused = |error: crate::setting::SettingError| Refusal::InvalidInput(error.to_string());
         let mut parameters = self.settings.clone();
         for (name, value) in config {
@@ -104,7 +107,7 @@ impl Worker {
     ///
     /// # Errors
     /// When the input is not admissible or the model cannot make a step.
-    pub fn evaluate(&mut self, input: &[f64], config: &Map<String, Value>) -> Result<Vec<f64>, Refusal> {
+    pub fn evaluate(&mut self, input: &[f64], config: &Config) -> Result<Vec<f64>, Refusal> {
         let job = self.model.job(input, config, false)?;
         Ok(self.run(&job)?.force_n().iter().map(|force| MILLI * force).collect())
     }
@@ -113,12 +116,7 @@ impl Worker {
     ///
     /// # Errors
     /// The same, or when `sens` has another length than the force.
-    pub fn gradient(
-        &mut self,
-        input: &[f64],
-        sens: &[f64],
-        config: &Map<String, Value>,
-    ) -> Result<Vec<f64>, Refusal> {
+    pub fn gradient(&mut self, input: &[f64], sens: &[f64], config: &Config) -> Result<Vec<f64>, Refusal> {
         check_length("sens", sens, self.model.time_s.len())?;
         let columns = self.jacobian(input, config)?;
         Ok(columns.iter().map(|column| column.iter().zip(sens).map(|(a, b)| a * b).sum()).collect())
@@ -132,7 +130,7 @@ impl Worker {
         &mut self,
         input: &[f64],
         vec: &[f64],
-        config: &Map<String, Value>,
+        config: &Config,
     ) -> Result<Vec<f64>, Refusal> {
         check_length("vec", vec, self.model.parameters.len())?;
         let columns = self.jacobian(input, config)?;
@@ -141,7 +139,7 @@ impl Worker {
     }
 
     /// Derivatives of the force, one column per input (mN per SI unit).
-    fn jacobian(&mut self, input: &[f64], config: &Map<String, Value>) -> Result<Vec<Vec<f64>>, Refusal> {
+    fn jacobian(&mut self, input: &[f64], config: &Config) -> Result<Vec<Vec<f64>>, Refusal> {
         if !self.model.has_derivatives() {
             return Err(Refusal::UnsupportedFeature);
         }

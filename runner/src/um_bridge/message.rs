@@ -1,8 +1,8 @@
 //! Requests and answers of UM-Bridge 1.0.
 
-use super::Worker;
+use super::{Config, Worker};
 use serde::Deserialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use thiserror::Error;
 
 /// Name of the model.
@@ -56,7 +56,7 @@ impl Refusal {
 struct Request {
     name: String,
     #[serde(default)]
-    config: Map<String, Value>,
+    config: Config,
     #[serde(default)]
     input: Vec<Vec<f64>>,
     #[serde(default)]

@@ -11,6 +11,6 @@ mod server;
 #[cfg(test)]
 mod tests;
 
-pub use forward::{ForwardModel, Worker};
+pub use forward::{Config, ForwardModel, Worker};
 pub use message::{NAME, Refusal, answer};
 pub use server::{ServerError, serve};

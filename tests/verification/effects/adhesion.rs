@@ -7,7 +7,7 @@ use poropunch::parameters::{
 };
 use poropunch::{Instance, Model, Outputs, Parameters};
 use std::f64::consts::PI;
-use tests::{follow, poroelastic};
+use tests::{follow, move_to, poroelastic};
 
 const SHEAR: f64 = 500.0;
 const RADIUS: f64 = 1e-3;
@@ -40,12 +40,10 @@ fn block(profile: IndenterProfile, bonded_punch: bool, strength: f64, opening: f
 /// Presses 20 um deep and retracts until 0.2 mm above the surface: largest pull (N), results at the end.
 fn pull_off(parameters: Parameters) -> (f64, Outputs) {
     let mut instance = Instance::new(&Model::new(parameters).unwrap(), 0.0).unwrap();
-    instance.set_displacement(2e-5);
-    instance.advance(1.0).unwrap();
+    move_to(&mut instance, 2e-5, 1.0);
     let mut pull = 0.0_f64;
     for k in 1..=220 {
-        instance.set_displacement(2e-5 - 1e-6 * f64::from(k));
-        instance.advance(0.05).unwrap();
+        move_to(&mut instance, 2e-5 - 1e-6 * f64::from(k), 0.05);
         pull = pull.max(-instance.outputs().force);
     }
     assert_eq!(instance.outputs().force, 0.0);
@@ -129,16 +127,14 @@ fn restored_while_bridged() {
     let model = Model::new(block(IndenterProfile::Flat, true, 100.0, 1e-5)).unwrap();
     let mut first = Instance::new(&model, 0.0).unwrap();
     for (duration, to) in [(1.0, 2e-5), (3.0, -4e-5)] {
-        first.set_displacement(to);
-        first.advance(duration).unwrap();
+        move_to(&mut first, to, duration);
     }
     assert!(first.outputs().force < 0.0);
     let snapshot = first.save();
     let run = |instance: &mut Instance| -> Vec<u64> {
         instance.restore(&snapshot).unwrap();
         let step = |k: i32| {
-            instance.set_displacement(-4e-5 - 1e-6 * f64::from(k));
-            instance.advance(0.05).unwrap();
+            move_to(instance, -4e-5 - 1e-6 * f64::from(k), 0.05);
             instance.outputs().force.to_bits()
         };
         (1..=40).map(step).collect()

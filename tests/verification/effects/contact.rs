@@ -8,8 +8,8 @@ use poropunch::specimen::{Discretisation, Sample, Stepper};
 use poropunch::{Instance, Model, Parameters, StepError};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use tests::analytical::consolidation::Ramp;
 use tests::poroelastic;
+use tests::{analytical::consolidation::Ramp, arrive, move_to};
 
 /// Goal: the shear layer leads from the bonded to the frictionless punch. Set-up: P2, compliances from 1e-12 to
 /// 1 m/Pa. Reference: the two switches. Tolerance: 1e-5 at the ends, falling strictly between them.
@@ -44,8 +44,7 @@ fn effects_go_through_separation() {
             let ((from, a), (to, b)) = (pair[0], pair[1]);
             for k in 1..=20 {
                 let part = f64::from(k) / 20.0;
-                instance.set_displacement(a + (b - a) * part);
-                instance.advance(from + (to - from) * part - instance.time()).unwrap();
+                arrive(&mut instance, a + (b - a) * part, from + (to - from) * part);
                 let o = instance.outputs();
                 let case = format!("{name}, {} s: {o:?}", instance.time());
                 assert!(o.force_specimen > -1e-7, "{case}");
@@ -72,8 +71,7 @@ fn offset_shifts_the_displacement() {
         let shifted = curve(&parameters(&[("effect.offset.height", height)]));
         let mut plain = Instance::new(&Model::new(parameters(&[])).unwrap(), -GAP + height).unwrap();
         for (time, to) in [(0.2, -GAP + RATE * 0.2), (0.5, -GAP + RATE * 0.5), (RAMP, DEPTH)] {
-            plain.set_displacement(to + height);
-            plain.advance(time - plain.time()).unwrap();
+            arrive(&mut plain, to + height, time);
         }
         let (a, b) = (shifted[3], plain.outputs());
         approx::assert_relative_eq!(a.force, b.force, max_relative = 1e-12);
@@ -83,8 +81,7 @@ fn offset_shifts_the_displacement() {
         assert_eq!(shifted[0].force, 0.0);
         let model = Model::new(parameters(&[("effect.offset.height", height)])).unwrap();
         let mut early = Instance::new(&model, -GAP).unwrap();
-        early.set_displacement(-GAP + RATE * 0.05);
-        early.advance(0.05).unwrap();
+        move_to(&mut early, -GAP + RATE * 0.05, 0.05);
         assert_eq!(early.outputs().force > 0.0, height > 0.0);
     }
     let model = Model::new(parameters(&[("effect.offset.height", 2e-4)])).unwrap();

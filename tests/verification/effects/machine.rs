@@ -2,6 +2,7 @@
 
 use super::{GAP, RAMP, RATE, curve, curve_at, parameters, position};
 use poropunch::{Instance, Model};
+use tests::{arrive, move_to};
 
 const COMPLIANCE: f64 = 2e-2;
 
@@ -19,13 +20,11 @@ fn plain_model_on_the_compliant_path() {
     let peak = compliant.iter().fold(0.0_f64, |m, o| m.max(o.force));
     let mut plain =
         Instance::new(&Model::new(parameters(&[("solver.tolerance", 3e-5)])).unwrap(), -GAP).unwrap();
-    plain.set_displacement(0.0);
-    plain.advance(GAP / RATE).unwrap();
+    move_to(&mut plain, 0.0, GAP / RATE);
     for (time, o) in times.iter().zip(&compliant) {
         assert_eq!(o.displacement, position(*time));
         assert!((o.indentation - (o.displacement - COMPLIANCE * o.force)).abs() < 1e-15);
-        plain.set_displacement(o.indentation);
-        plain.advance(time - plain.time()).unwrap();
+        arrive(&mut plain, o.indentation, *time);
         let error = (plain.outputs().force - o.force).abs();
         assert!(error < 1e-3 * peak, "{time} s: {} against {}", plain.outputs().force, o.force);
     }
@@ -52,8 +51,7 @@ fn work_is_stored_or_dissipated() {
 fn a_soft_machine_sets_the_force() {
     let p = parameters(&[("effect.compliance.per_newton", 1.0)]);
     let mut instance = Instance::new(&Model::new(p).unwrap(), 0.0).unwrap();
-    instance.set_displacement(9e-3);
-    instance.advance(1.0).unwrap();
+    move_to(&mut instance, 9e-3, 1.0);
     let mut depth = 0.0;
     for _ in 0..10 {
         instance.advance(3.0).unwrap();

@@ -14,7 +14,7 @@ use poropunch::effect::{CATALOGUE, Course, Variant};
 use poropunch::parameters::MeshKind;
 use poropunch::variables::{Kind, Settings, Value, by_name};
 use poropunch::{Instance, Model, Outputs, ParameterError, Parameters};
-use tests::{check_restored, ramp_and_hold};
+use tests::{arrive, check_restored, move_to, ramp_and_hold};
 
 /// Gap at the start (m), loading rate of P2 (m/s), depth (m).
 const GAP: f64 = 1e-4;
@@ -58,11 +58,9 @@ fn curve_at(parameters: &Parameters, times: &[f64]) -> Vec<Outputs> {
 /// Results while the punch leaves, which alone adhesion changes.
 fn retraction(parameters: &Parameters) -> Vec<Outputs> {
     let mut instance = Instance::new(&Model::new(parameters.clone()).unwrap(), 0.0).unwrap();
-    instance.set_displacement(DEPTH);
-    instance.advance(DEPTH / RATE).unwrap();
+    move_to(&mut instance, DEPTH, DEPTH / RATE);
     let mut go = |k: i32| {
-        instance.set_displacement(DEPTH * (1.0 - 0.1 * f64::from(k)));
-        instance.advance(0.1).unwrap();
+        move_to(&mut instance, DEPTH * (1.0 - 0.1 * f64::from(k)), 0.1);
         instance.outputs()
     };
     (1..=15).map(&mut go).collect()
@@ -175,8 +173,7 @@ fn communication_steps_do_not_matter() {
             let start = instance.time();
             for k in 1..=slices {
                 let time = start + (end - start) * k as f64 / slices as f64;
-                instance.set_displacement(position(time));
-                instance.advance(time - instance.time()).unwrap();
+                arrive(&mut instance, position(time), time);
             }
             forces[phase] = instance.outputs().force;
         }

@@ -3,6 +3,7 @@
 use super::{GAP, RAMP, SEEPING, parameters, position};
 use poropunch::law::{Magnitude, MaterialParameter};
 use poropunch::{ForceSensitivity, Instance, Model, Parameters};
+use tests::arrive;
 
 const TIMES: [f64; 6] = [0.2, 0.5, RAMP, RAMP + 0.05, RAMP + 1.0, RAMP + 20.0];
 
@@ -21,8 +22,7 @@ fn fixed_steps(effects: &[(&str, f64)]) -> Parameters {
 fn cycle(p: &Parameters) -> Vec<([f64; 3], Vec<ForceSensitivity>)> {
     let mut instance = Instance::new(&Model::new(p.clone()).unwrap(), -GAP).unwrap();
     let advance = |time: f64| {
-        instance.set_displacement(position(time));
-        instance.advance(time - instance.time()).unwrap();
+        arrive(&mut instance, position(time), time);
         let o = instance.outputs();
         ([o.force, o.force_specimen, o.force_fluid], instance.sensitivities())
     };
@@ -123,8 +123,7 @@ fn reading(p: &Parameters) -> Vec<(f64, f64, [f64; 2])> {
     let mut instance = Instance::new(&Model::new(p.clone()).unwrap(), -GAP).unwrap();
     let count = MaterialParameter::count(2);
     let advance = |time: f64| {
-        instance.set_displacement(position(time));
-        instance.advance(time - instance.time()).unwrap();
+        arrive(&mut instance, position(time), time);
         let s = instance.sensitivities();
         let by = |magnitude: Magnitude| s.get(count + magnitude.index()).map_or(0.0, |s| s.force);
         (time, instance.outputs().force, [by(Magnitude::DriftRate), by(Magnitude::Lag)])

@@ -7,6 +7,7 @@ use poropunch::parameters::TimeScheme;
 use poropunch::specimen::{Discretisation, Sample, Stepper};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use tests::analytical::rising_zero;
 use tests::drained_element;
 
 const RADIUS: f64 = 1e-3;
@@ -62,12 +63,7 @@ fn uniaxial(p: &Parameters, eps_z: f64, viscous: f64, left: impl Fn(f64) -> f64)
         let volumetric = m.lambda_star * s * s * (j / s - j / (j - m.n0s));
         (volumetric - 0.5 * deviator, volumetric + deviator, beta)
     };
-    let (mut low, mut high) = (-1.0, 1.0);
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if stress(middle).0 > 0.0 { high = middle } else { low = middle }
-    }
-    let (_, axial, beta) = stress(low);
+    let (_, axial, beta) = stress(rising_zero(|eps_r| stress(eps_r).0));
     (axial / eps_z.exp(), beta)
 }
 
