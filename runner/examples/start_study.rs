@@ -17,7 +17,7 @@ use runner::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
 use runner::inference::statistics::Determination;
 use runner::inference::valley::bends;
 use runner::inference::{
-    Defaults, Requests, SearchPlan, Setup, Statistics, Unknowns, Values, noise_at_start,
+    Defaults, Requests, Resolution, SearchPlan, Setup, Statistics, Unknowns, Values, noise_at_start,
 };
 use runner::noise::{Covariance, Observation, Weights};
 use runner::pool::wiring::Names;
@@ -227,6 +227,26 @@ fn summarise(fitted: &[Option<Compared>]) {
     );
 }
 
+/// What a quantity of the fit stands for: of moduli all that relaxes within its scope, of a time the mean of these by modulus.
+fn true_value(name: &str, resolution: &Resolution, own: &dyn Fn(&str) -> Option<f64>) -> Option<f64> {
+    let branch =
+        |i: usize| Some((own(&format!("relaxation_time[{i}]"))?, own(&format!("shear_modulus[{i}]"))?));
+    let all: Vec<(f64, f64)> = (1..=2).map(branch).collect::<Option<_>>()?;
+    let within = |[from, to]: [f64; 2]| all.iter().filter(move |(tau, _)| (from..=to).contains(tau));
+    if let Some(scope) = resolution.scope_s(name) {
+        let sum: f64 = within(scope).map(|(_, shear)| shear).sum();
+        let equilibrium = if scope[1].is_infinite() { own("shear_modulus[inf]")? } else { 0.0 };
+        return Some(sum + equilibrium);
+    }
+    match resolution.branch_of(name) {
+        Some(of) => {
+            let sum: f64 = within(of.times_s()).map(|(_, shear)| shear).sum();
+            Some((within(of.times_s()).map(|(tau, shear)| shear * tau.ln()).sum::<f64>() / sum).exp())
+        }
+        None => own(name),
+    }
+}
+
 /// Fits from the data's start and from the truth.
 fn compared(
     engine: &Engine,
@@ -269,9 +289,12 @@ fn compared(
     let covariance = noise_at_start(Setup::new(engine, &data, &told), &Weights::default())?.covariance;
     let found = fit(&told, &covariance)?.fit;
     let linear = Statistics::new(&told, &found, &[m.len()])?;
-    let bends = bends(Setup::new(engine, &data, &told), &found, &linear)?;
-    let statistics = linear.along(&told, &found.solution.x, bends);
-    let quantities = material_quantities(branches);
+    let setup = Setup::new(engine, &data, &told);
+    let bends = bends(setup, &found, &linear)?;
+    let resolution = Resolution::of(setup, &found, &linear);
+    let quantities = material_quantities(branches, &resolution);
+    let true_quantities = material_quantities(2, &Resolution { branches: vec![], ..resolution.clone() });
+    let statistics = linear.resolved(resolution).along(&told, &found.solution.x, bends);
     let derived = estimate(&quantities, &told, &found.solution.x, &statistics, &|_: &mut Values| {});
     let names = |map: &Unknowns| map.free().iter().map(|p| p.name.clone()).collect::<Vec<_>>();
     // The same problem begun at the truth, where it has the same variables; chi^2 of the data alone elsewhere.
@@ -286,16 +309,17 @@ fn compared(
     let values: Values = truth.iter().map(|(name, value)| (name.clone(), *value)).collect();
     let (mut inside, mut determined, mut outside) = (0, 0, Vec::new());
     for d in derived.iter().filter(|d| d.determination == Determination::Determined) {
-        // Branches are compared where there are as many.
-        let own = material_quantities(2).into_iter().find(|q| q.name == d.name);
-        let Some(true_value) = own.filter(|_| branches == 2).and_then(|q| (q.evaluate)(&values)) else {
-            continue;
+        let own = |name: &str| {
+            let quantity = true_quantities.iter().find(|q| q.name == name)?;
+            (quantity.evaluate)(&values)
         };
+        let Some(true_value) = true_value(&d.name, &statistics.resolution, &own) else { continue };
         determined += 1;
         if (d.interval.lower..=d.interval.upper).contains(&true_value) {
             inside += 1;
         } else {
-            outside.push(format!("{} {:.3}", d.symbol, (d.value / true_value).ln() / d.half_width));
+            let far = (d.value / true_value).ln() / d.half_width;
+            outside.push(format!("{} {far:.3} ({:.4e} for {true_value:.4e})", d.symbol, d.value));
         }
     }
     let (iterations, converged) = (solution.iteration_count(), solution.stop.converged());

@@ -70,13 +70,16 @@ pub struct CacheStatistics {
 }
 
 impl Cache {
-    /// A cache for one engine, on disk if a directory is given (made if it is not there).
+    /// A cache for one engine, on disk if a directory is given (made with the first run, if it is not there).
     ///
     /// # Errors
-    /// When the directory cannot be made.
+    /// When there cannot be a directory: the path leads through a file.
     pub fn new(engine: EngineId, directory: Option<&Path>) -> std::io::Result<Self> {
         if let Some(directory) = directory {
-            std::fs::create_dir_all(directory)?;
+            let existing = directory.ancestors().find(|path| path.exists());
+            if existing.is_some_and(|path| !path.is_dir()) {
+                return Err(std::io::ErrorKind::NotADirectory.into());
+            }
         }
         Ok(Self {
             engine,
@@ -164,6 +167,7 @@ impl Cache {
     fn save(&self, key: Key, outcome: &Outcome) -> std::io::Result<bool> {
         let (Some(path), Some(directory)) = (self.path(key), &self.directory) else { return Ok(false) };
         let bytes = encode(key, outcome).map_err(std::io::Error::other)?;
+        std::fs::create_dir_all(directory)?;
         let mut file = tempfile::NamedTempFile::new_in(directory)?;
         file.write_all(&bytes)?;
         file.as_file().sync_data()?;
@@ -252,6 +256,19 @@ mod tests {
     }
 
     #[test]
+    fn the_directory_is_made_with_the_first_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out/cache");
+        let cache = Cache::new(engine(), Some(&path)).unwrap();
+        assert!(!folder.path().join("out").exists());
+        cache.put(cache.key(&job(1.0)), &curve());
+        assert!(path.is_dir() && cache.trouble().is_none());
+        let file = folder.path().join("file");
+        std::fs::write(&file, "").unwrap();
+        assert!(Cache::new(engine(), Some(&file.join("cache"))).is_err());
+    }
+
+    #[test]
     fn memory_is_bounded_by_what_is_on_disk() {
         let mut memory = Memory::default();
         let points = 1 << 20;
@@ -309,8 +326,9 @@ mod tests {
     #[test]
     fn a_disk_that_takes_nothing_is_reported_and_not_fatal() {
         let directory = tempfile::tempdir().unwrap();
-        let cache = Cache::new(engine(), Some(directory.path())).unwrap();
-        directory.close().unwrap();
+        let path = directory.path().join("cache");
+        let cache = Cache::new(engine(), Some(&path)).unwrap();
+        std::fs::write(&path, "").unwrap();
         let key = cache.key(&job(1.0));
         cache.put(key, &curve());
         assert!(cache.trouble().is_some());

@@ -4,7 +4,9 @@ use crate::fit::EvaluationFailure;
 use crate::inference::parameter::FitParameter;
 use crate::inference::profile::{Profile, Profiler, Target, targets};
 use crate::inference::statistics::{Determination, ParameterEstimate};
+use crate::inference::valley::side_by_side;
 use crate::inference::{Fit, Setup, Statistics, Unknowns};
+use crate::pool::Run;
 use crate::report::ProfileRow;
 
 /// In the place of a name: none but those asked for, not even where the linearised interval is wrong.
@@ -21,6 +23,28 @@ pub fn unknown<'a>(unknowns: &Unknowns, asked: &'a [String]) -> Option<&'a Strin
     asked.iter().find(|name| *name != NONE && !all.iter().any(|t| t.is_called(name)))
 }
 
+/// Whether profiles are made unasked: without derivatives a run tells too little to be worth it.
+fn is_automatic(setup: Setup, asked: &[String]) -> bool {
+    !asked.iter().any(|name| name == NONE) && setup.is_differentiable()
+}
+
+/// Whether the linearised interval of a term is worth a better one: a parameter that is made of terms is as straight as they are; of what is
+/// open to both sides, or not told from others, nothing is claimed.
+fn is_doubtful(term: &ParameterEstimate) -> bool {
+    matches!(term.determination, Determination::Loose | Determination::Undetermined) && term.open != [true; 2]
+}
+
+/// Starts the runs that the profiles begin with. They need no bends: those lengthen intervals, but not the path that is followed.
+pub fn prefetch(setup: Setup, fit: &Fit, statistics: &Statistics, asked: &[String]) -> Vec<Run> {
+    if !is_automatic(setup, asked) {
+        return vec![];
+    }
+    let profiler = Profiler { setup, fit, statistics, evaluations: 0 };
+    let targets = targets(setup.unknowns, &fit.solution.x);
+    let doubtful = targets.iter().zip(&statistics.terms).filter(|(_, term)| is_doubtful(term));
+    doubtful.flat_map(|(target, _)| profiler.prefetch(target)).collect()
+}
+
 /// Profiles of a fit.
 ///
 /// # Errors
@@ -33,30 +57,17 @@ pub fn profiles(
     asked: &[String],
 ) -> Result<Vec<ProfileRow>, EvaluationFailure> {
     let profiler = Profiler { setup, fit, statistics, evaluations };
-    // Without derivatives a run tells too little to be worth it unasked.
-    let automatic = !asked.iter().any(|name| name == NONE) && setup.is_differentiable();
     let targets = targets(setup.unknowns, &fit.solution.x);
-    // A parameter that is made of terms is as straight as they are; of what is open to both sides nothing is claimed.
-    let is_doubtful = |k: usize| {
-        let claims =
-            |t: &ParameterEstimate| t.determination != Determination::Determined && t.open != [true; 2];
-        automatic && statistics.terms.get(k).is_some_and(claims)
-    };
-    let doubtful = targets.iter().enumerate().filter(|(k, _)| is_doubtful(*k));
-    let _under_way: Vec<_> = doubtful.map(|(_, target)| profiler.prefetch(target)).collect();
+    let is_doubtful =
+        |k: usize| is_automatic(setup, asked) && statistics.terms.get(k).is_some_and(is_doubtful);
     let is_asked = |target: &Target| asked.iter().any(|name| target.is_called(name));
-    // Each waits for its runs, which share the pool: one after the other they would leave cores idle.
     let profiler = &profiler;
-    let swift: Vec<Option<Result<Profile, EvaluationFailure>>> = std::thread::scope(|scope| {
-        let begin = |(k, target)| {
-            (is_doubtful(k) && !is_asked(target)).then(|| scope.spawn(move || profiler.swift(target)))
-        };
-        let begun: Vec<_> = targets.iter().enumerate().map(begin).collect();
-        let end = |thread: std::thread::ScopedJoinHandle<'_, _>| {
-            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        };
-        begun.into_iter().map(|thread| thread.map(end)).collect()
-    });
+    let task = |(k, target): (usize, _)| {
+        let is_wanted = is_doubtful(k) && !is_asked(target);
+        move || is_wanted.then(|| profiler.swift(target))
+    };
+    let swift: Vec<Option<Result<Profile, EvaluationFailure>>> =
+        side_by_side(targets.iter().enumerate().map(task));
     let mut rows = Vec::new();
     for (k, (target, swift)) in targets.iter().zip(swift).enumerate() {
         if is_asked(target) {

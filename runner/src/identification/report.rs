@@ -1,6 +1,6 @@
 //! From an identification to the report of it.
 
-use super::profiles::profiles;
+use super::profiles::{prefetch, profiles};
 use super::{Identification, IdentificationError, curves};
 use crate::assumption::{Assumption, assumptions};
 use crate::fit::EvaluationFailure;
@@ -10,7 +10,7 @@ use crate::inference::posterior::{PosteriorError, SamplePlan, posterior};
 use crate::inference::problem::ForceProblem;
 use crate::inference::requests::{display_unit, symbol};
 use crate::inference::valley::bends;
-use crate::inference::{Setup, Statistics, Values};
+use crate::inference::{Resolution, Setup, Statistics, Values};
 use crate::noise::{Covariance, Observation, Weights, noise_model};
 use crate::pool::ForceCurve;
 use crate::report::{
@@ -92,11 +92,15 @@ pub fn report(
     }
     let names: Vec<&str> = fitted.iter().map(Observation::name).collect();
     let complete = |values: &mut Values| complete(c, values);
-    let derived = if c.setup.engine.is_own() { material_quantities(branches(c, values)) } else { Vec::new() };
     let stretches: Vec<usize> = fitted.iter().map(Observation::len).collect();
-    let mut statistics = Statistics::new(c.setup.unknowns, fit, &stretches)?;
+    let linear = Statistics::new(c.setup.unknowns, fit, &stretches)?;
+    let resolution = Resolution::of(around, fit, &linear);
+    let own = c.setup.engine.is_own();
+    let derived = if own { material_quantities(branches(c, values), &resolution) } else { Vec::new() };
+    let mut statistics = linear.resolved(resolution);
     let mut profiled = vec![];
     if fit.solution.stop.converged() {
+        let _under_way = prefetch(around, fit, &statistics, c.profile);
         // What a stop leaves undone is told by the exit code; the linearised intervals stand.
         let bends = bends(around, fit, &statistics).unwrap_or_default();
         statistics = statistics.along(c.setup.unknowns, &fit.solution.x, bends);

@@ -2,8 +2,10 @@
 //! and not the parameters they are made of.
 
 use super::parameter::Unit;
+use super::resolution::Resolution;
 use super::statistics::{Determination, Interval, Statistics};
 use super::unknowns::Unknowns;
+use super::wording::significant;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -122,7 +124,8 @@ pub fn estimate(
             value,
             interval: Interval { lower: a.min(b), upper: a.max(b) },
             half_width,
-            determination: Determination::of(half_width),
+            determination: Determination::of(half_width)
+                .unresolved_if(statistics.resolution.is_arbitrary(&quantity.name)),
             depends_on,
         })
     };
@@ -135,11 +138,17 @@ const H: f64 = 1e-5;
 const ROUNDING: f64 = 1e-6;
 
 /// The quantities that the poro-viscoelastic model's response rests on: shear moduli `mu alpha / 2`, instantaneous
-/// modulus, relaxation times `eta / G` of `branches` viscous branches, and the hydraulic conductivity
-/// `K0 rho g / mu_FR` of water.
-pub fn material_quantities(branches: usize) -> Vec<DerivedQuantity> {
+/// modulus, sums of what the data do not tell apart, relaxation times `eta / G` of `branches` viscous branches, the relaxation modulus
+/// `G(t) = G_inf + sum G_i exp(-t / tau_i)` at a few times of the tests, and the hydraulic conductivity `K0 rho g / mu_FR` of water.
+pub fn material_quantities(branches: usize, resolution: &Resolution) -> Vec<DerivedQuantity> {
     let modulus = |prefix: String| {
         move |v: &Values| Some(0.5 * v.get(&format!("{prefix}.mu"))? * v.get(&format!("{prefix}.alpha"))?)
+    };
+    let time = move |i: usize| {
+        move |v: &Values| {
+            let prefix = format!("material.branch[{i}]");
+            Some(v.get(&format!("{prefix}.eta"))? / modulus(prefix)(v)?)
+        }
     };
     let quantity = |name: &str, symbol: &str, formula: &str, unit: (&str, f64)| {
         (name.to_owned(), symbol.to_owned(), formula.to_owned(), Unit::new(unit.0, unit.1))
@@ -164,7 +173,17 @@ pub fn material_quantities(branches: usize) -> Vec<DerivedQuantity> {
         let formula = format!("mu_{i} alpha_{i} / 2");
         all.push(build(quantity(&name, &symbol, &formula, pascal), Box::new(modulus(branch(i)))));
     }
+    for [a, b] in resolution.close_pairs() {
+        let (a, b) = (a.label.clone(), b.label.clone());
+        let (name, formula) = (format!("shear_modulus[{a}+{b}]"), format!("G_{a} + G_{b}"));
+        let sum = move |v: &Values| {
+            let one = |label: &str| modulus(format!("material.branch[{label}]"))(v);
+            Some(one(&a)? + one(&b)?)
+        };
+        all.push(build(quantity(&name, &formula, &formula, pascal), Box::new(sum)));
+    }
     if branches > 0 {
+        let equilibrium = equilibrium.clone();
         let total = move |v: &Values| {
             let start = modulus(equilibrium.clone())(v);
             (1..=branches).try_fold(start?, |sum, i| Some(sum + modulus(branch(i))(v)?))
@@ -175,11 +194,19 @@ pub fn material_quantities(branches: usize) -> Vec<DerivedQuantity> {
     }
     for i in 1..=branches {
         let (name, symbol) = (format!("relaxation_time[{i}]"), format!("tau_{i}"));
-        let time = move |v: &Values| {
-            let prefix = format!("material.branch[{i}]");
-            Some(v.get(&format!("{prefix}.eta"))? / modulus(prefix)(v)?)
+        all.push(build(quantity(&name, &symbol, &format!("eta_{i} / G_{i}"), ("s", 1.0)), Box::new(time(i))));
+    }
+    for &t in resolution.told_s.iter().filter(|_| branches > 0) {
+        let at = format!("{} s", significant(t, 3).trim_end_matches(".00").trim_end_matches(".0"));
+        let (name, symbol) = (format!("relaxation_modulus[{at}]"), format!("G({at})"));
+        let equilibrium = equilibrium.clone();
+        let relaxed = move |v: &Values| {
+            let start = modulus(equilibrium.clone())(v);
+            (1..=branches)
+                .try_fold(start?, |sum, i| Some(sum + modulus(branch(i))(v)? * (-t / time(i)(v)?).exp()))
         };
-        all.push(build(quantity(&name, &symbol, &format!("eta_{i} / G_{i}"), ("s", 1.0)), Box::new(time)));
+        let meta = quantity(&name, &symbol, "relaxation modulus", pascal);
+        all.push(build(meta, Box::new(relaxed)));
     }
     let conductivity = |v: &Values| {
         Some(v.get("material.permeability")? * WATER_WEIGHT / v.get("material.fluid_viscosity")?)
@@ -215,7 +242,7 @@ mod tests {
         .into_iter()
         .collect();
         let expected = [234.0, 2820.0, 239.0, 3295.0, 0.018, 19.6, 2.535e-8];
-        for (quantity, expected) in material_quantities(2).iter().zip(expected) {
+        for (quantity, expected) in material_quantities(2, &Resolution::default()).iter().zip(expected) {
             let value = (quantity.evaluate)(&values).unwrap();
             assert_relative_eq!(value, expected, max_relative = 4e-3);
         }

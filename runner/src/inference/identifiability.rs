@@ -7,7 +7,7 @@
 
 use super::derived::DerivedEstimate;
 use super::parameter::FitParameter;
-use super::statistics::{DETERMINED_HALF_WIDTH, ParameterEstimate, Statistics};
+use super::statistics::{DETERMINED_HALF_WIDTH, Determination, ParameterEstimate, Statistics};
 use super::wording;
 use nalgebra::DMatrix;
 use schemars::JsonSchema;
@@ -60,6 +60,8 @@ pub struct Identifiability {
     pub directions: Vec<Vec<f64>>,
     /// What is not determined, worst first.
     pub findings: Vec<Finding>,
+    /// Which branches the data do not tell apart, in words.
+    pub unresolved: Vec<String>,
     /// What is determined, in words: derived quantities first, then single parameters.
     pub determined: Vec<String>,
 }
@@ -86,6 +88,7 @@ impl Identifiability {
         let unnamed = |name: &str| !findings.iter().any(|f| f.parameters.iter().any(|p| p == name));
         Self {
             determined: wording::determined(statistics, derived, unnamed),
+            unresolved: wording::unresolved(&statistics.resolution),
             singular_values: svd.singular_values.as_slice().to_vec(),
             directions: v_t.row_iter().map(|r| r.iter().copied().collect()).collect(),
             findings,
@@ -189,7 +192,7 @@ fn known_combination<'a>(names: &[String], derived: &'a [DerivedEstimate]) -> Op
         .iter()
         .filter(|d| names.len() > 1 && d.depends_on.len() > 1)
         .filter(|d| d.depends_on.iter().all(|n| names.contains(n)))
-        .filter(|d| d.half_width <= DETERMINED_HALF_WIDTH)
+        .filter(|d| d.determination == Determination::Determined)
         .min_by(|a, b| a.half_width.total_cmp(&b.half_width))
 }
 

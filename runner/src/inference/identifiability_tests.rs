@@ -55,7 +55,7 @@ fn analyse(trace: f64) -> (Statistics, Vec<DerivedEstimate>, Identifiability) {
     let (unknowns, fit) = maxwell(trace);
     let statistics = Statistics::new(&unknowns, &fit, &[]).unwrap();
     let complete = |v: &mut Values| v.set("material.fluid_viscosity", 0.89e-3);
-    let quantities = material_quantities(1);
+    let quantities = material_quantities(1, &crate::inference::Resolution::default());
     let derived = derived::estimate(&quantities, &unknowns, &fit.solution.x, &statistics, &complete);
     let analysis = Identifiability::new(&statistics, &derived);
     (statistics, derived, analysis)

@@ -7,7 +7,7 @@
 //! ForceProblem + Covariance + Prior -> fit / search -> Fit
 //! Fit -> statistics (intervals, correlations) -> identifiability (what the data do not determine, in words)
 //!     -> derived (combinations that they do)  -> evidence
-//!     -> valley (where it bends)  -> profile (intervals that are no parabola)  -> robust (outliers count less)  -> posterior (a sample, on request)
+//!     -> resolution (which branches they tell apart)  -> valley (where it bends)  -> profile (intervals that are no parabola)  -> robust (outliers count less)  -> posterior (a sample, on request)
 //! ```
 //! `identify` asks it for the plain model, `diagnose` for models with effects.
 
@@ -26,6 +26,7 @@ pub mod problem;
 pub mod profile;
 pub mod refinement;
 pub mod requests;
+pub mod resolution;
 pub mod robust;
 pub mod rough;
 pub mod setup;
@@ -46,6 +47,7 @@ pub use parameter::{FitParameter, Transform};
 pub use problem::ForceProblem;
 pub use refinement::{NoiseFailure, noise_at, noise_at_start};
 pub use requests::{Defaults, ParameterError, Requests};
+pub use resolution::Resolution;
 pub use setup::Setup;
 pub use statistics::{Interval, ParameterEstimate, Statistics};
 pub use unknowns::Unknowns;

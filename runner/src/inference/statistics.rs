@@ -20,6 +20,7 @@ pub use estimate::{BoundSide, Determination, Interval, ParameterEstimate};
 
 use super::fit::Fit;
 use super::parameter::FitParameter;
+use super::resolution::Resolution;
 use super::unknowns::Unknowns;
 use crate::fit::{FitError, Prior, Whitening, likeliest_heights};
 use crate::noise::Covariance;
@@ -80,6 +81,8 @@ pub struct Statistics {
     pub estimates: Vec<ParameterEstimate>,
     /// How the directions that the data hardly determine bend.
     bends: Vec<Bend>,
+    /// Which branches the data tell apart.
+    pub resolution: Resolution,
 }
 
 impl Statistics {
@@ -142,6 +145,7 @@ impl Statistics {
             terms: vec![],
             estimates: vec![],
             bends: vec![],
+            resolution: Resolution::default(),
         };
         statistics.estimate(unknowns, &fit.solution.x);
         // The derivative by a term leaves the other terms as they are.
@@ -158,6 +162,21 @@ impl Statistics {
         self.bends = bends;
         self.estimate(unknowns, x);
         self
+    }
+
+    /// The same with what is known of the branches: by number nothing is claimed of those that the data do not tell apart.
+    #[must_use]
+    pub fn resolved(mut self, resolution: Resolution) -> Self {
+        self.resolution = resolution;
+        self.mark_unresolved();
+        self
+    }
+
+    fn mark_unresolved(&mut self) {
+        for e in self.terms.iter_mut().chain(&mut self.estimates) {
+            let is_arbitrary = self.resolution.is_arbitrary(&e.parameter.name);
+            e.determination = e.determination.unresolved_if(is_arbitrary);
+        }
     }
 
     /// How far the 95 % interval of a quantity reaches down and up, where `moved(by)` is its change from the optimum: the linearised fit's
@@ -307,6 +326,7 @@ impl Statistics {
         self.correlation = correlation(&DMatrix::from_columns(&along).transpose());
         self.term_correlation = correlation(&(&rows * &self.root));
         (self.terms, self.estimates) = (terms, estimates);
+        self.mark_unresolved();
     }
 }
 

@@ -37,26 +37,45 @@ pub fn bends(setup: Setup, fit: &Fit, statistics: &Statistics) -> Result<Vec<Ben
         .flat_map(|deviation| [1.0, -1.0].map(|z| moved(setup, fit, deviation, z)))
         .flat_map(|x| setup.submit(&x, &[], true, Priority::Speculative))
         .collect();
-    let mut bends = Vec::new();
-    for deviation in directions {
-        let mut floor = Vec::new();
-        for side in [1.0, -1.0] {
-            let mut z = side;
-            for _ in 0..=HALVINGS {
-                match at(setup, fit, statistics, &deviation, z)? {
-                    Some(Floor { along, rise, by }) if rise <= STEEP + along * along => {
-                        if along.abs() >= SHORT {
-                            floor.push((along, by));
-                        }
-                        break;
-                    }
-                    _ => z *= 0.5,
-                }
+    let side = |deviation: &DVector<f64>, z: f64| side(setup, fit, statistics, deviation, z);
+    let found = side_by_side(directions.iter().flat_map(|d| [1.0, -1.0].map(|z| move || side(d, z))));
+    let mut floors = found.into_iter();
+    let mut of = |deviation: DVector<f64>| {
+        let floor = floors.by_ref().take(2).filter_map(Result::transpose).collect::<Result<_, _>>()?;
+        Ok(Bend { deviation, floor })
+    };
+    directions.iter().cloned().map(&mut of).collect()
+}
+
+/// What tasks give, each of which waits for its runs: those share the pool, and one task after the other would leave cores idle.
+pub fn side_by_side<T: Send, F: FnOnce() -> T + Send>(tasks: impl Iterator<Item = F>) -> Vec<T> {
+    std::thread::scope(|scope| {
+        let begun: Vec<_> = tasks.map(|task| scope.spawn(task)).collect();
+        let end = |thread: std::thread::ScopedJoinHandle<'_, T>| {
+            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        begun.into_iter().map(end).collect()
+    })
+}
+
+/// A point of the floor to one side of a direction, at most one deviation away: how many deviations, and where; none too near to tell anything.
+fn side(
+    setup: Setup,
+    fit: &Fit,
+    statistics: &Statistics,
+    deviation: &DVector<f64>,
+    side: f64,
+) -> Result<Option<(f64, DVector<f64>)>, EvaluationFailure> {
+    let mut z = side;
+    for _ in 0..=HALVINGS {
+        match at(setup, fit, statistics, deviation, z)? {
+            Some(Floor { along, rise, by }) if rise <= STEEP + along * along => {
+                return Ok((along.abs() >= SHORT).then_some((along, by)));
             }
+            _ => z *= 0.5,
         }
-        bends.push(Bend { deviation, floor });
     }
-    Ok(bends)
+    Ok(None)
 }
 
 /// One deviation along each principal direction that the data hardly determine.

@@ -2,6 +2,7 @@
 
 use super::derived::DerivedEstimate;
 use super::identifiability::{Finding, FindingKind};
+use super::resolution::{Resolution, ResolvedBranch, Standing};
 use super::statistics::{Determination, ParameterEstimate, Statistics};
 
 /// A half-width in ln(value) as people say it: `4 %`, `a factor of 2.3`, `many orders of magnitude`.
@@ -111,10 +112,10 @@ pub(super) fn determined(
     derived: &[DerivedEstimate],
     unnamed: impl Fn(&str) -> bool,
 ) -> Vec<String> {
-    let combinations = derived
-        .iter()
-        .filter(|d| d.determination == Determination::Determined)
-        .map(|d| known(&d.symbol, d.unit.from_si(d.value), &d.unit.name, d.half_width));
+    let combinations = derived.iter().filter(|d| d.determination == Determination::Determined).map(|d| {
+        let scope = statistics.resolution.scope_s(&d.name).map_or(String::new(), scope);
+        known(&d.symbol, d.unit.from_si(d.value), &d.unit.name, d.half_width) + &scope
+    });
     let parameters = statistics
         .estimates
         .iter()
@@ -125,6 +126,41 @@ pub(super) fn determined(
             known(&p.symbol, p.unit.from_si(e.value), &p.unit.name, e.half_width)
         });
     combinations.chain(parameters).collect()
+}
+
+/// What a modulus stands for.
+fn scope([from_s, to_s]: [f64; 2]) -> String {
+    let from = significant(from_s, 2);
+    if to_s.is_finite() {
+        format!(" (of all that relaxes within {from} to {} s)", significant(to_s, 2))
+    } else {
+        format!(" (of all that relaxes slower than {from} s)")
+    }
+}
+
+/// What the data do not tell of the branches.
+pub(super) fn unresolved(resolution: &Resolution) -> Vec<String> {
+    let pair = |[a, b]: [&ResolvedBranch; 2]| {
+        format!(
+            "branches {0} and {1} are too close ({2}) for this noise to be told apart (two must be {3} apart): only their sum \
+             G_{0} + G_{1} is known",
+            a.label,
+            b.label,
+            spread((b.tau_s / a.tau_s).ln()),
+            spread(a.factor.min(b.factor).ln())
+        )
+    };
+    let slow = |b: &ResolvedBranch| {
+        format!(
+            "branch {0} (tau_{0} = {1} s) is slower than the longest hold ({2} s): what of G_{0} and G_inf would relax after it is \
+             not in these data",
+            b.label,
+            significant(b.tau_s, 3),
+            significant(resolution.hold_s, 3)
+        )
+    };
+    let is_slow = |b: &&ResolvedBranch| b.standing == Standing::Slow;
+    resolution.close_pairs().map(pair).chain(resolution.branches.iter().filter(is_slow).map(slow)).collect()
 }
 
 fn known(symbol: &str, value: f64, unit: &str, half_width: f64) -> String {

@@ -96,7 +96,7 @@ impl Assembly<'_> {
                 .collect(),
         };
         report.take_profiles();
-        report.verdict = verdict::verdict(&report, analysis.determined);
+        report.verdict = verdict::verdict(&report, analysis.determined, analysis.unresolved);
         if let Some(far) = self.far_points {
             let text = format!(
                 "Robust fit: {far} of {} points lie far from the rest and count less.",
@@ -106,6 +106,11 @@ impl Assembly<'_> {
         }
         Ok(report)
     }
+}
+
+/// How well a value is known by another interval; a better one tells no branches apart.
+fn again(before: Determination, half_width: f64) -> Determination {
+    Determination::of(half_width).unresolved_if(before == Determination::Unresolved)
 }
 
 impl FitReport {
@@ -120,14 +125,14 @@ impl FitReport {
                 (row.lower, row.upper, row.open) = (profile.lower, profile.upper, profile.open);
                 row.profiled = true;
                 if half_width.is_finite() {
-                    (row.half_width, row.determination) = (half_width, Determination::of(half_width));
+                    (row.half_width, row.determination) = (half_width, again(row.determination, half_width));
                 }
             }
             if let Some(row) = self.derived.iter_mut().find(|d| d.name == profile.name)
                 && half_width.is_finite()
             {
                 (row.lower, row.upper) = (profile.lower, profile.upper);
-                (row.half_width, row.determination) = (half_width, Determination::of(half_width));
+                (row.half_width, row.determination) = (half_width, again(row.determination, half_width));
             }
         }
     }

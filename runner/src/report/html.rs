@@ -124,12 +124,12 @@ pub fn assumed(assumptions: &[Assumption]) -> Markup {
     }
 }
 
-fn known(half_width: f64) -> Markup {
-    let determination = Determination::of(half_width);
+fn known(determination: Determination, half_width: f64) -> Markup {
     let (class, text) = match determination {
         Determination::Determined => ("determined", format!("± {}", spread(half_width))),
         Determination::Loose => ("loose", format!("± {}", spread(half_width))),
         Determination::Undetermined => ("undetermined", "not determined".to_owned()),
+        Determination::Unresolved => ("loose", "not told apart".to_owned()),
     };
     html! { span class=(class) { (text.replace("± a factor", "a factor")) } }
 }
@@ -152,7 +152,7 @@ fn parameters(report: &FitReport) -> Markup {
                     td { (PreEscaped(interval_bar(p.value, (p.lower, p.upper), (p.lower_bound, p.upper_bound),
                         p.determination == Determination::Determined))) }
                     td {
-                        (known(p.half_width))
+                        (known(p.determination, p.half_width))
                         @match p.at_bound {
                             Some(BoundSide::Lower) => " · at lower bound",
                             Some(BoundSide::Upper) => " · at upper bound",
@@ -220,7 +220,7 @@ fn derived(report: &FitReport) -> Markup {
                         @if d.determination == Determination::Undetermined { "—" }
                         @else { (set(d.lower, 3)) " … " (set(d.upper, 3)) }
                     }
-                    td { (known(d.half_width)) }
+                    td { (known(d.determination, d.half_width)) }
                     td.name { (d.name) }
                 } } }
             }
@@ -274,8 +274,8 @@ fn gains(report: &FitReport) -> Markup {
                 } }
                 tbody { @for g in &report.gains { tr {
                     td.symbol { (pretty(&g.symbol)) }
-                    td.number { (known(g.first_hold)) }
-                    td.number { (known(g.all)) }
+                    td.number { (known(Determination::of(g.first_hold), g.first_hold)) }
+                    td.number { (known(Determination::of(g.all), g.all)) }
                     td.number { (set(g.first_hold / g.all, 2)) " times" }
                 } } }
             }

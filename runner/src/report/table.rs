@@ -25,7 +25,8 @@ pub fn table(report: &FitReport) -> String {
         .map(|d| {
             let range = format!("{} .. {}", significant(d.lower, 3), significant(d.upper, 3));
             let range = if d.determination == Determination::Undetermined { "-".to_owned() } else { range };
-            vec![d.symbol.clone(), value(d.value, &d.unit), range, known(d.half_width), d.formula.clone()]
+            let known = known(d.determination, d.half_width);
+            vec![d.symbol.clone(), value(d.value, &d.unit), range, known, d.formula.clone()]
         })
         .collect();
     columns(&mut out, ["derived", "value", "95 % interval", "known to", "formula"], &derived);
@@ -79,6 +80,7 @@ pub fn table(report: &FitReport) -> String {
             .iter()
             .map(|g| {
                 let better = format!("{} times", significant(g.first_hold / g.all, 2));
+                let known = |half_width| known(Determination::of(half_width), half_width);
                 vec![g.symbol.clone(), known(g.first_hold), known(g.all), better]
             })
             .collect();
@@ -104,9 +106,10 @@ fn value(value: f64, unit: &str) -> String {
     format!("{} {unit}", significant(value, 4)).trim_end().to_owned()
 }
 
-fn known(half_width: f64) -> String {
-    match Determination::of(half_width) {
+fn known(determination: Determination, half_width: f64) -> String {
+    match determination {
         Determination::Undetermined => "not determined".to_owned(),
+        Determination::Unresolved => "not told apart".to_owned(),
         _ => spread(half_width),
     }
 }
@@ -118,10 +121,11 @@ fn interval(p: &ParameterRow) -> String {
 
 fn note(p: &ParameterRow) -> String {
     let profile = if p.profiled { " (profile)" } else { "" };
+    let known = known(p.determination, p.half_width);
     match p.at_bound {
-        Some(BoundSide::Lower) => format!("at lower bound; {}{profile}", known(p.half_width)),
-        Some(BoundSide::Upper) => format!("at upper bound; {}{profile}", known(p.half_width)),
-        None => format!("{}{profile}", known(p.half_width)),
+        Some(BoundSide::Lower) => format!("at lower bound; {known}{profile}"),
+        Some(BoundSide::Upper) => format!("at upper bound; {known}{profile}"),
+        None => format!("{known}{profile}"),
     }
 }
 

@@ -5,11 +5,11 @@ use crate::inference::statistics::Determination;
 use crate::inference::wording::{list, significant};
 
 /// The verdict of a report whose other fields are complete.
-pub(super) fn verdict(report: &FitReport, determined: Vec<String>) -> Verdict {
+pub(super) fn verdict(report: &FitReport, determined: Vec<String>, unresolved: Vec<String>) -> Verdict {
     Verdict {
         headline: headline(report),
         determined,
-        undetermined: report.findings.iter().map(|f| f.text.clone()).collect(),
+        undetermined: unresolved.into_iter().chain(report.findings.iter().map(|f| f.text.clone())).collect(),
         warnings: warnings(report),
     }
 }

@@ -278,6 +278,7 @@ impl<'a> Columns<'a> {
                     Determination::Determined => "determined",
                     Determination::Loose => "loose",
                     Determination::Undetermined => "not determined",
+                    Determination::Unresolved => "not told apart",
                 })
             };
             table.text(format!("{symbol} known"), rows.iter().map(|row| known(row).to_owned()));

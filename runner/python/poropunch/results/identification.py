@@ -20,6 +20,7 @@ Determination = Literal[
     'determined',  # To a quarter or better.
     'loose',  # Between a quarter and a factor of three.
     'undetermined',  # Not even to a factor of three.
+    'unresolved',  # Its interval holds for this division into branches only, which the data do not tell from others.
 ]
 
 

@@ -24,6 +24,8 @@ pub enum Determination {
     Loose,
     /// Not even to a factor of three.
     Undetermined,
+    /// Its interval holds for this division into branches only, which the data do not tell from others.
+    Unresolved,
 }
 
 impl Determination {
@@ -35,6 +37,15 @@ impl Determination {
             Self::Loose
         } else {
             Self::Undetermined
+        }
+    }
+
+    /// The same of what the data do not tell from another division into branches, where that is so.
+    #[must_use]
+    pub fn unresolved_if(self, is_arbitrary: bool) -> Self {
+        match self {
+            Self::Determined | Self::Loose if is_arbitrary => Self::Unresolved,
+            other => other,
         }
     }
 }
