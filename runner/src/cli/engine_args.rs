@@ -71,20 +71,20 @@ impl EngineArguments {
     ) -> Result<Engine, EngineError> {
         let (input, output) = (self.input.clone(), self.output.clone());
         let names = Names { input, output, extra: extra.to_vec(), sensitivities, ..Names::default() };
-        let engine = self.engine_of(names.clone(), cache.clone(), stop)?;
+        let sensitivities = sensitivities && self.offers_derivatives(&names, stop)?;
+        let engine = self.engine_of(Names { sensitivities, ..names }, cache, stop)?;
         self.show_notes(engine.wiring());
-        if !sensitivities {
-            return Ok(engine);
-        }
-        // Settings that cannot be used are the caller's to report.
-        let Ok(set) = self.settings(engine.wiring()) else { return Ok(engine) };
-        let requests = Requests { set, ..Requests::default() };
-        let refused = Unknowns::new(engine.wiring(), engine.is_own(), &requests)
-            .is_ok_and(|p| !engine.offers_derivatives(&p.settings(p.start())));
-        if refused {
-            return self.engine_of(Names { sensitivities: false, ..names }, cache, stop);
-        }
         Ok(engine)
+    }
+
+    /// Whether derivatives are there with these settings. The run that tells it is kept nowhere: a usage error must leave nothing behind.
+    fn offers_derivatives(&self, names: &Names, stop: &Arc<AtomicBool>) -> Result<bool, EngineError> {
+        let engine = self.engine_of(names.clone(), None, stop)?;
+        // Settings that cannot be used are the caller's to report.
+        let Ok(set) = self.settings(engine.wiring()) else { return Ok(true) };
+        let requests = Requests { set, ..Requests::default() };
+        let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests);
+        Ok(unknowns.map_or(true, |u| engine.offers_derivatives(&u.settings(u.start()))))
     }
 
     /// The same for given names.
