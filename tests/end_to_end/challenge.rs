@@ -4,6 +4,7 @@ use super::program::{directory, fail, one_line, repository, succeed, text};
 
 /// Cases of the wide ground, by the independent solver, with an effect whose visibility is computed from derivatives at what was drawn.
 #[test]
+#[ignore = "long: cases by the independent solver"]
 fn cases_are_made_and_their_key_is_sealed() {
     let d = directory();
     let (cases, key) = (d.path().join("cases"), d.path().join("key.json"));

@@ -128,6 +128,7 @@ fn recovers(effect: &str, size: Option<f64>, then: Then, all: &[&str], tests: &[
 /// Goal: what no effect of the catalogue does is not ascribed to one. Set-up: the gain of the amplifier is a tenth too high
 /// from 3 to 5 s, in the hold.
 #[test]
+#[ignore = "long: a diagnosis"]
 fn a_cause_outside_the_catalogue_is_none_of_these() {
     let gain = |time_s: f64, force_mn: f64| {
         if (3.0..5.0).contains(&time_s) { 1.1 * force_mn } else { force_mn }
@@ -170,6 +171,7 @@ fn lambda_star() {
 }
 
 #[test]
+#[ignore = "long: a diagnosis"]
 fn softening() {
     recovers("softening", Some(1.0), Then::Hold, &[], &[&["effect.softening.loss=0.3"]]);
 }

@@ -317,12 +317,14 @@ fn magnitudes_at_null() {
 
 /// Goal, reference and tolerance as for two cycles, of all magnitudes while all effects act.
 #[test]
+#[ignore = "long: half a minute"]
 fn magnitudes_while_all_effects_act() {
     case(Trapezoid::p2(), 2, MeshPreset::Coarse, &ACTING).check_some(&of_specimen(), 1e-4);
 }
 
 /// The same of the strength of adhesion, where friction acts beside a part of the face that is bridged.
 #[test]
+#[ignore = "long: a quarter of a minute"]
 fn strength_of_adhesion_with_friction() {
     let settings =
         [("effect.adhesion.strength", 100.0), ("boundary.friction", 0.3), ("indenter.profile", 2.0)];
@@ -381,6 +383,7 @@ fn whole_tests_by_magnitudes() {
 /// Goal, reference and tolerance as for two cycles, where a patch yields for a stage and sticks again. Set-up: three
 /// cycles of P2, a friction of 3, which holds more of what is pulled, one parameter of each law.
 #[test]
+#[ignore = "long: three cycles"]
 fn a_patch_that_yields() {
     let steps = case(Trapezoid::p2(), 3, MeshPreset::Coarse, &[("boundary.friction", 3.0)]).check_some(
         &[MaterialParameter::Mu(Spring::Equilibrium), MaterialParameter::Eta(1)].map(By::Material),
