@@ -477,6 +477,7 @@ fn reading_and_force_have_the_same_derivatives() {
 /// Goal: computing sensitivities changes no force through contact changes, without effects and with all. Tolerance: none, bit
 /// for bit.
 #[test]
+#[ignore = "long: six runs of two cycles"]
 fn sensitivities_leave_the_forces_alone() {
     for settings in [&[][..], &ACTING] {
         let case = case(Trapezoid::p2(), 2, MeshPreset::Coarse, settings);

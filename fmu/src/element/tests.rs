@@ -131,31 +131,32 @@ type Values = ([Vec<f64>; 3], [Vec<f64>; 3]);
 impl WithSimd for Evaluate<'_> {
     type Output = Result<Values, Inadmissible>;
 
+    // The loops are the functions that the model calls, not compiled once more.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let (case, body, stage) = (self.0, &self.0.body(), &self.0.stage());
         let count = COUNT;
         let (mut residual, mut values) = (vec![0.0; case.x.len()], vec![0.0; case.map.pattern.rows.len()]);
         let work = &mut Assemble { body, stage, residual: &mut residual, values: &mut values };
-        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        simd.vectorize(Groups { work, elements: 0..ELEMENTS })?;
         let mut loads = vec![0.0; case.x.len() * count];
         let old = &case.changes;
         let work = &mut ResidualSensitivity { body, stage, old, loads: &mut loads };
-        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        simd.vectorize(Groups { work, elements: 0..ELEMENTS })?;
         let own = &mut loads[case.x.len() * MaterialParameter::count(2)..];
         let work = &mut LoadsByMagnitude { body, stage, loads: own };
-        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        simd.vectorize(Groups { work, elements: 0..ELEMENTS })?;
 
         let (mut sums, reach) = ([0.0; 4], 2.4);
         let mut new = case.history.clone();
         let work = &mut Update { body, stage, reach, new: &mut new, sums: &mut sums };
-        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        simd.vectorize(Groups { work, elements: 0..ELEMENTS })?;
         let mut changed = case.changes.clone();
         let changes: Vec<f64> = (0..loads.len()).map(|k| 1e-5 * noise(k)).collect();
         let work = &mut UpdateSensitivity { body, stage, reach, changes: &changes, old, new: &mut changed };
-        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        simd.vectorize(Groups { work, elements: 0..ELEMENTS })?;
         let work = &mut HistoryByInverseStress { body, stage, reach, parameters: count, new: &mut changed };
-        Groups { work, elements: 0..ELEMENTS }.with_simd(simd)?;
+        simd.vectorize(Groups { work, elements: 0..ELEMENTS })?;
 
         let mut history = new.jacobian;
         history.extend(new.cv_inverse.iter().chain(&new.past_strain));
@@ -187,7 +188,7 @@ fn groups_add_up_like_single_elements() {
     for case in cases() {
         let ([residual, tangent], [residual_units, tangent_units]) =
             (case.reference().unwrap(), case.units());
-        let all = on_every_machine(|| Evaluate(&case));
+        let all = on_every_machine(&|| Evaluate(&case));
         let first = all[0].as_ref().unwrap();
         for values in &all {
             let ([r, t, loads], [sums, history, history_changes]) = values.as_ref().unwrap();
@@ -212,7 +213,7 @@ fn the_first_element_that_fails_is_told() {
         case.x[middle] += 2e-4;
         let failed = case.reference().unwrap_err();
         assert_eq!(failed, Inadmissible { element });
-        for result in on_every_machine(|| Evaluate(&case)) {
+        for result in on_every_machine(&|| Evaluate(&case)) {
             assert_eq!(result.unwrap_err(), failed);
         }
     }

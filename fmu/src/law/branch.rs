@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn lanes_relax_like_single_strains() {
-        on_every_machine(|| RelaxLanes);
+        on_every_machine(&|| RelaxLanes);
     }
 
     #[test]

@@ -127,7 +127,7 @@ mod tests {
         let mut arguments: Vec<f64> = (-70_000..=70_000).map(|k| f64::from(k) * 1.013e-2).collect();
         arguments.retain(|x| (-707.0..709.0).contains(x));
         arguments.extend((0..300).flat_map(|k| [1.0, -1.0].map(|s| s * 0.9_f64.powi(k))));
-        on_every_machine(|| Compare { arguments: arguments.clone(), lanes: |x| x.exp(), is_exp: true });
+        on_every_machine(&|| Compare { arguments: arguments.clone(), lanes: |x| x.exp(), is_exp: true });
     }
 
     #[test]
@@ -135,11 +135,11 @@ mod tests {
         let mut arguments: Vec<f64> = (-70_000..=70_000).map(|k| (f64::from(k) * 1.0e-2).exp()).collect();
         arguments.extend((1..60).flat_map(|k| [1.0, -1.0].map(|s| 1.0 + s * 0.5_f64.powi(k))));
         arguments.extend([f64::MIN_POSITIVE, f64::MAX, 0.5_f64.sqrt(), 2.0_f64.sqrt()]);
-        on_every_machine(|| Compare { arguments: arguments.clone(), lanes: |x| x.ln(), is_exp: false });
+        on_every_machine(&|| Compare { arguments: arguments.clone(), lanes: |x| x.ln(), is_exp: false });
     }
 
     #[test]
     fn extreme_arguments_have_the_right_limits() {
-        on_every_machine(|| Extremes);
+        on_every_machine(&|| Extremes);
     }
 }

@@ -223,6 +223,6 @@ mod tests {
 
     #[test]
     fn lanes_compute_like_numbers() {
-        super::super::on_every_machine(|| Check);
+        super::super::on_every_machine(&|| Check);
     }
 }

@@ -138,8 +138,9 @@ impl Real for f64 {
 
 /// What a computation gives in the vectors of every kind that this machine has, first in single lanes.
 #[cfg(test)]
-pub(crate) fn on_every_machine<F: pulp::WithSimd>(work: impl Fn() -> F) -> Vec<F::Output> {
-    let mut results = vec![pulp::Arch::Scalar.dispatch(work())];
+#[inline(never)]
+pub(crate) fn on_every_machine<F: pulp::WithSimd>(work: &dyn Fn() -> F) -> Vec<F::Output> {
+    let mut results = vec![pulp::Simd::vectorize(pulp::Scalar::new(), work())];
     #[cfg(target_arch = "x86_64")]
     {
         if let Some(v3) = pulp::x86::V3::try_new() {
@@ -149,6 +150,7 @@ pub(crate) fn on_every_machine<F: pulp::WithSimd>(work: impl Fn() -> F) -> Vec<F
             results.push(pulp::Simd::vectorize(v4, work()));
         }
     }
+    #[cfg(not(target_arch = "x86_64"))]
     results.push(pulp::Arch::new().dispatch(work()));
     results
 }
