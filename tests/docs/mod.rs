@@ -133,7 +133,7 @@ fn pages_from_the_wheel() {
     // What README's block for FMPy asks for in its first line.
     let bin = environment(folder.path(), &[], &["fmpy"]);
     for page in pages() {
-        let place = Place::new(&[bin.clone()], None);
+        let place = Place::new(std::slice::from_ref(&bin), None);
         run_page(&page, &place, &[Mark::Wheel], Some(Mark::Wheel));
     }
 }

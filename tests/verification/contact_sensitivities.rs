@@ -18,6 +18,7 @@ use poropunch::solver::newton::NewtonFailure;
 use poropunch::specimen::step::{Found, Solved, Task};
 use poropunch::specimen::{Constants, Discretisation, Motion, Patience, Sample, State, Step, Stepper};
 use poropunch::{ForceSensitivity, Instance, Model, Outputs, Parameters, Statistics};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One step of a path, with everything that is needed to make it again.
 struct Recorded {
@@ -151,6 +152,7 @@ impl Case {
     fn parameters(&self) -> Parameters {
         let mut p = crate::verification::effects::parameters(&self.settings);
         p.mesh.preset = self.preset;
+        p.mesh = p.resolved_mesh();
         p.solver.newton_tolerance = 1e-12;
         p
     }
@@ -240,6 +242,27 @@ impl Case {
 
 fn case(trapezoid: Trapezoid, cycles: i32, preset: MeshPreset, settings: &[(&'static str, f64)]) -> Case {
     Case { trapezoid: Trapezoid { cycles, ..trapezoid }, preset, settings: settings.to_vec() }
+}
+
+/// Checks all cases on both cores, tells each that passes, and fails with all that do not.
+fn check_all(cases: Vec<(Case, Vec<By>)>) {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut failed = Vec::new();
+        while let Some((case, by)) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let name = format!("{:?} {:?} {:?}", case.trapezoid, case.preset, case.settings);
+            match std::panic::catch_unwind(|| case.check_some(by, 1e-4)) {
+                Ok(steps) => println!("{name}: {} steps", steps.len()),
+                Err(_) => failed.push(name),
+            }
+        }
+        failed
+    };
+    let failed = std::thread::scope(|scope| {
+        let other = scope.spawn(work);
+        [work(), other.join().unwrap()].concat()
+    });
+    assert!(failed.is_empty(), "{failed:#?}");
 }
 
 /// One parameter of each law.
@@ -370,14 +393,16 @@ fn whole_tests_by_magnitudes() {
         (&sphere, by(&[AdhesiveStrength, SurfaceHeight, MachineCompliance])),
         (&friction, by(&[AdhesiveStrength, SurfaceHeight])),
     ];
+    let mut all = Vec::new();
     for trapezoid in [Trapezoid::p2(), Trapezoid::p1()] {
-        case(trapezoid, 6, MeshPreset::Coarse, &ACTING).check_some(&of_specimen(), 1e-4);
+        all.push((case(trapezoid, 6, MeshPreset::Coarse, &ACTING), of_specimen()));
         for preset in [MeshPreset::Coarse, MeshPreset::Standard] {
             for (settings, magnitudes) in &cases {
-                case(trapezoid, 6, preset, settings).check_some(magnitudes, 1e-4);
+                all.push((case(trapezoid, 6, preset, settings), magnitudes.clone()));
             }
         }
     }
+    check_all(all);
 }
 
 /// Goal, reference and tolerance as for two cycles, where a patch yields for a stage and sticks again. Set-up: three
@@ -441,13 +466,15 @@ fn whole_tests() {
             ("effect.offset.height", 2e-5),
         ],
     ];
+    let mut cases = Vec::new();
     for trapezoid in [Trapezoid::p1(), Trapezoid::p2()] {
         for settings in faces {
             for preset in [MeshPreset::Coarse, MeshPreset::Standard] {
-                case(trapezoid, 6, preset, settings).check(1e-4);
+                cases.push((case(trapezoid, 6, preset, settings), By::material(2)));
             }
         }
     }
+    check_all(cases);
 }
 
 /// Goal: without effects of machine and sensor the derivatives of what is read are those of the specimen's force, at
