@@ -22,7 +22,7 @@ impl Parameters {
         if !sharp || mesh.edge_size != 0.0 || preset >= broken {
             return mesh;
         }
-        let is_weak = self.material.lambda_star < WEAK_SKELETON * self.instantaneous_shear_modulus();
+        let is_weak = self.material.lambda_star < WEAK_SKELETON * self.material.instantaneous_shear_modulus();
         let asked = if is_weak { broken } else { EDGE_OVER_SLIDING_LENGTH * self.sliding_length() };
         // In steps of two, so that a fit whose modulus changes does not ask for ever new meshes.
         let mut size = preset;
@@ -39,13 +39,11 @@ impl Parameters {
     fn sliding_length(&self) -> f64 {
         let boundary = &self.boundary;
         let is_held = boundary.bonded_punch && !(boundary.partial_slip && boundary.friction < WEAK_FRICTION);
-        if is_held { self.effect.slip.compliance * self.instantaneous_shear_modulus() } else { f64::INFINITY }
-    }
-
-    fn instantaneous_shear_modulus(&self) -> f64 {
-        let material = &self.material;
-        material.equilibrium.shear_modulus()
-            + material.branches.iter().map(|b| b.ogden.shear_modulus()).sum::<f64>()
+        if is_held {
+            self.effect.slip.compliance * self.material.instantaneous_shear_modulus()
+        } else {
+            f64::INFINITY
+        }
     }
 }
 

@@ -51,6 +51,13 @@ pub struct MaterialParameters {
     pub branches: Vec<BranchParameters>,
 }
 
+impl MaterialParameters {
+    /// Shear modulus at small strain before anything has relaxed, `sum mu alpha / 2` of all springs (Pa).
+    pub fn instantaneous_shear_modulus(&self) -> f64 {
+        self.equilibrium.shear_modulus() + self.branches.iter().map(|b| b.ogden.shear_modulus()).sum::<f64>()
+    }
+}
+
 impl Default for MaterialParameters {
     fn default() -> Self {
         let branch = |mu, alpha, eta| BranchParameters { ogden: OgdenParameters { mu, alpha }, eta };

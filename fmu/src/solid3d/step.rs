@@ -44,8 +44,7 @@ impl SolidStepper {
     /// A stepper for a parameter set on a sample.
     pub fn new(parameters: &Parameters, sample: Arc<SolidSample>) -> Self {
         let m = &parameters.material;
-        let stress_scale =
-            m.equilibrium.shear_modulus() + m.branches.iter().map(|b| b.ogden.shear_modulus()).sum::<f64>();
+        let stress_scale = m.instantaneous_shear_modulus();
         let length_scale = parameters.geometry.punch_radius;
         let scale = |pressure| if pressure { stress_scale } else { length_scale };
         let conditions = Conditions::new(&sample.mesh, &parameters.boundary);

@@ -45,8 +45,7 @@ impl Stepper {
     /// A stepper for a set-up on a sample.
     pub fn new(setup: &Setup, sample: Arc<Sample>) -> Self {
         let m = &setup.material;
-        let stress_scale =
-            m.equilibrium.shear_modulus() + m.branches.iter().map(|b| b.ogden.shear_modulus()).sum::<f64>();
+        let stress_scale = m.instantaneous_shear_modulus();
         let length_scale = setup.geometry.reach();
         let bonded_punch = setup.boundary.bonded_punch && setup.shear_layer.is_none();
         let boundary = BoundaryParameters { bonded_punch, ..setup.boundary.clone() };
