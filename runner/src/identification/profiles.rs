@@ -4,9 +4,8 @@ use crate::fit::EvaluationFailure;
 use crate::inference::parameter::FitParameter;
 use crate::inference::profile::{Profile, Profiler, Target, targets};
 use crate::inference::statistics::{Determination, ParameterEstimate};
-use crate::inference::valley::side_by_side;
 use crate::inference::{Fit, Setup, Statistics, Unknowns};
-use crate::pool::Run;
+use crate::pool::{Run, side_by_side};
 use crate::report::ProfileRow;
 
 /// In the place of a name: none but those asked for, not even where the linearised interval is wrong.

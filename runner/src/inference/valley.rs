@@ -9,7 +9,7 @@ use super::problem::ForceProblem;
 use super::setup::Setup;
 use super::statistics::{Bend, DETERMINED_HALF_WIDTH, Statistics};
 use crate::fit::{EvaluationFailure, Problem};
-use crate::pool::{Priority, Run};
+use crate::pool::{Priority, Run, side_by_side};
 use nalgebra::{DMatrix, DVector};
 
 /// Deviations of an interval's end.
@@ -45,17 +45,6 @@ pub fn bends(setup: Setup, fit: &Fit, statistics: &Statistics) -> Result<Vec<Ben
         Ok(Bend { deviation, floor })
     };
     directions.iter().cloned().map(&mut of).collect()
-}
-
-/// What tasks give, each of which waits for its runs: those share the pool, and one task after the other would leave cores idle.
-pub fn side_by_side<T: Send, F: FnOnce() -> T + Send>(tasks: impl Iterator<Item = F>) -> Vec<T> {
-    std::thread::scope(|scope| {
-        let begun: Vec<_> = tasks.map(|task| scope.spawn(task)).collect();
-        let end = |thread: std::thread::ScopedJoinHandle<'_, T>| {
-            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        };
-        begun.into_iter().map(end).collect()
-    })
 }
 
 /// A point of the floor to one side of a direction, at most one deviation away: how many deviations, and where; none too near to tell anything.

@@ -10,11 +10,13 @@ pub mod fmu_simulator;
 pub mod job;
 pub mod load;
 pub mod run;
+pub mod side_by_side;
 pub mod wiring;
 pub mod workers;
 
 pub use fmu_simulator::FmuSimulator;
 pub use job::{ForceCurve, Job, Outcome, RunFailure};
 pub use run::Run;
+pub use side_by_side::side_by_side;
 pub use wiring::{Port, Wiring, WiringError};
 pub use workers::{Pool, Priority, Simulator};
