@@ -146,19 +146,16 @@ pub fn diagnose(
     let noise = noise_at(setup, start.x(), &weights, true)?;
     let asked = asked(&noise);
     let plain = asked.plain(start.x(), Depth::Minimum, say)?;
-    let mut round = asked.round(plain, None, say)?;
-    // The plain model has to be fitted as well as its rivals are: from where the best of them ended, too.
+    let mut round = asked.round(plain, say)?;
+    // The plain model has to be fitted as well as its rivals are: from where the best of them ended, too. What is lower by a small part
+    // of what that effect gained changes no answer.
     if let Some(leader) = round.refits.first() {
-        let before = round.plain.solution.chi_square;
+        let lower = round.plain.solution.chi_square - LOWER.max(ROUGH * leader.gain);
         let again = asked.plain(leader.fit.x(), Depth::Rough, say)?;
-        if (1.0 - ROUGH) * again.solution.chi_square < before - LOWER {
+        if again.foreseen() < lower {
             let again = asked.plain(again.x(), Depth::Minimum, say)?;
-            let lower = before - again.solution.chi_square;
-            if lower > LOWER {
-                // A gap that stays nearly what it was is met by the same models.
-                let stays = lower < ROUGH * leader.gain;
-                let refits = std::mem::take(&mut round.refits);
-                round = asked.round(again, stays.then_some(refits), say)?;
+            if again.solution.chi_square < lower {
+                round = asked.round(again, say)?;
             }
         }
     }
@@ -265,13 +262,8 @@ impl Asked<'_> {
         fit(self.setup, &[], &self.noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)
     }
 
-    /// Signatures, significance and refits around a plain fit; `known`: the refits, where they were made already.
-    fn round(
-        &self,
-        plain: Fit,
-        known: Option<Vec<Refit>>,
-        say: &mut dyn FnMut(String),
-    ) -> Result<Round, DiagnosisError> {
+    /// Signatures, significance and refits around a plain fit.
+    fn round(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
         let &Self { setup, others, candidates, noise, effort } = self;
         let observations = setup.observations;
         say(format!("screening {} effects", candidates.len()));
@@ -295,11 +287,7 @@ impl Asked<'_> {
             is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold)
         };
         let mut refits = Vec::new();
-        if let Some(known) = known {
-            let against =
-                |refit: Refit| refit.against(candidates, &plain, &something_else, effort.thresholds.rest);
-            refits = known.into_iter().map(against).collect();
-        } else if probability <= effort.thresholds.significant {
+        if probability <= effort.thresholds.significant {
             let shown: Vec<&Screened> = screened.iter().filter(testable).collect();
             let covariance = &noise.covariance;
             let (quick, evaluations) = (effort.quick, effort.evaluations);

@@ -87,6 +87,11 @@ impl Fit {
         Ok(Self { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance, is_at_minimum: true })
     }
 
+    /// chi^2 at the minimum of the linearised model.
+    pub fn foreseen(&self) -> f64 {
+        self.linear.residual.norm_squared()
+    }
+
     /// What some of the points alone say around the same optimum.
     pub fn part(&self, points: &[usize]) -> Self {
         let (gap_mn, jacobian_mn) = (self.gap_mn.select_rows(points), self.jacobian_mn.select_rows(points));
