@@ -23,8 +23,6 @@ pub struct EngineOptions {
     pub names: Names,
     /// Number of instances that run at a time; as many as there are cores when 0.
     pub workers: usize,
-    /// Where runs are kept on disk.
-    pub cache: Option<PathBuf>,
     /// Raised from outside to cancel everything.
     pub stop: Arc<AtomicBool>,
 }
@@ -70,7 +68,7 @@ impl Engine {
     /// Loads the FMU and starts the workers.
     ///
     /// # Errors
-    /// When the FMU cannot be loaded or wired, or the cache's directory cannot be made.
+    /// When the FMU cannot be loaded or wired.
     pub fn new(options: &EngineOptions) -> Result<Self, EngineError> {
         let fmu = Arc::new(match &options.fmu {
             Some(path) => Fmu::open(path)?,
@@ -80,10 +78,7 @@ impl Engine {
         let wiring = Arc::new(Wiring::new(description, &options.names)?);
         let binary = std::fs::read(fmu.library()).unwrap_or_default();
         let id = EngineId::new(&description.guid, &binary, &wiring.identity(), vector_instructions());
-        let directory = options.cache.as_deref();
-        let cannot =
-            |source| EngineError::Cache { directory: directory.unwrap_or(Path::new("")).into(), source };
-        let cache = Arc::new(Cache::new(id, directory).map_err(cannot)?);
+        let cache = Arc::new(Cache::new(id));
         let model = description.model_name.clone();
         let own = description.model_identifier == OWN;
         let mut simulators: Vec<Box<dyn Simulator>> = Vec::new();
@@ -95,6 +90,15 @@ impl Engine {
         let pool = Pool::new(simulators, Arc::clone(&options.stop));
         let stop = Arc::clone(&options.stop);
         Ok(Self { wiring, model, own, pool, cache, pending: Mutex::default(), stop })
+    }
+
+    /// From now on runs are kept in a directory, too.
+    ///
+    /// # Errors
+    /// When it cannot be made.
+    pub fn keep_in(&self, directory: &Path) -> Result<(), EngineError> {
+        let cannot = |source| EngineError::Cache { directory: directory.into(), source };
+        self.cache.keep_in(directory).map_err(cannot)
     }
 
     /// Starts a run, or finds it in the cache or among those under way; returns at once.

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Marks an entry's file and the version of its layout.
 const MAGIC: &[u8; 8] = b"ppunch01";
@@ -16,7 +16,7 @@ const HASH_LENGTH: usize = 32;
 #[derive(Debug)]
 pub struct Cache {
     engine: EngineId,
-    directory: Option<PathBuf>,
+    directory: OnceLock<PathBuf>,
     memory: Mutex<Memory>,
     counts: Counts,
     trouble: Mutex<Option<String>>,
@@ -70,24 +70,28 @@ pub struct CacheStatistics {
 }
 
 impl Cache {
-    /// A cache for one engine, on disk if a directory is given (made with the first run, if it is not there).
-    ///
-    /// # Errors
-    /// When there cannot be a directory: the path leads through a file.
-    pub fn new(engine: EngineId, directory: Option<&Path>) -> std::io::Result<Self> {
-        if let Some(directory) = directory {
-            let existing = directory.ancestors().find(|path| path.exists());
-            if existing.is_some_and(|path| !path.is_dir()) {
-                return Err(std::io::ErrorKind::NotADirectory.into());
-            }
-        }
-        Ok(Self {
+    /// A cache for one engine, in memory alone.
+    pub fn new(engine: EngineId) -> Self {
+        Self {
             engine,
-            directory: directory.map(Path::to_owned),
+            directory: OnceLock::new(),
             memory: Mutex::default(),
             counts: Counts::default(),
             trouble: Mutex::default(),
-        })
+        }
+    }
+
+    /// From now on runs are kept in a directory, too (made with the first run, if it is not there); only the first that is given counts.
+    ///
+    /// # Errors
+    /// When there cannot be a directory: the path leads through a file.
+    pub fn keep_in(&self, directory: &Path) -> std::io::Result<()> {
+        let existing = directory.ancestors().find(|path| path.exists());
+        if existing.is_some_and(|path| !path.is_dir()) {
+            return Err(std::io::ErrorKind::NotADirectory.into());
+        }
+        self.directory.get_or_init(|| directory.to_owned());
+        Ok(())
     }
 
     /// Key of a job.
@@ -151,7 +155,7 @@ impl Cache {
     }
 
     fn path(&self, key: Key) -> Option<PathBuf> {
-        self.directory.as_ref().map(|d| d.join(format!("{key}.run")))
+        self.directory.get().map(|d| d.join(format!("{key}.run")))
     }
 
     fn load(&self, key: Key) -> Option<Outcome> {
@@ -165,7 +169,7 @@ impl Cache {
 
     /// Into a temporary file, to disk, then in place by renaming: whole or not at all. Whether there is a disk.
     fn save(&self, key: Key, outcome: &Outcome) -> std::io::Result<bool> {
-        let (Some(path), Some(directory)) = (self.path(key), &self.directory) else { return Ok(false) };
+        let (Some(path), Some(directory)) = (self.path(key), self.directory.get()) else { return Ok(false) };
         let bytes = encode(key, outcome).map_err(std::io::Error::other)?;
         std::fs::create_dir_all(directory)?;
         let mut file = tempfile::NamedTempFile::new_in(directory)?;
@@ -228,6 +232,12 @@ mod tests {
         EngineId::new("guid", b"binary", "", "")
     }
 
+    fn kept_in(directory: &Path) -> Cache {
+        let cache = Cache::new(engine());
+        cache.keep_in(directory).unwrap();
+        cache
+    }
+
     fn job(value: f64) -> Job {
         let protocol = Arc::new(Protocol::new(vec![(0.0, 0.0)]).unwrap());
         Job { parameters: [("a".to_owned(), value)].into(), protocol, time_s: Arc::from([0.0]) }
@@ -241,7 +251,7 @@ mod tests {
     #[test]
     fn entries_survive_the_process_bit_for_bit() {
         let directory = tempfile::tempdir().unwrap();
-        let open = || Cache::new(engine(), Some(directory.path())).unwrap();
+        let open = || kept_in(directory.path());
         let failure: Outcome = Err(RunFailure::Model("no convergence".into()));
         let cache = open();
         cache.put(cache.key(&job(1.0)), &curve());
@@ -259,13 +269,13 @@ mod tests {
     fn the_directory_is_made_with_the_first_run() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("out/cache");
-        let cache = Cache::new(engine(), Some(&path)).unwrap();
+        let cache = kept_in(&path);
         assert!(!folder.path().join("out").exists());
         cache.put(cache.key(&job(1.0)), &curve());
         assert!(path.is_dir() && cache.trouble().is_none());
         let file = folder.path().join("file");
         std::fs::write(&file, "").unwrap();
-        assert!(Cache::new(engine(), Some(&file.join("cache"))).is_err());
+        assert!(Cache::new(engine()).keep_in(&file.join("cache")).is_err());
     }
 
     #[test]
@@ -274,7 +284,7 @@ mod tests {
         let points = 1 << 20;
         let curve = ForceCurve { time_s: vec![0.0; points], ..ForceCurve::default() };
         let large: Outcome = Ok(Arc::new(curve));
-        let cache = Cache::new(engine(), None).unwrap();
+        let cache = Cache::new(engine());
         let mut most = 0;
         for i in 0..40 {
             memory.insert(cache.key(&job(f64::from(i))), &large, true);
@@ -290,7 +300,7 @@ mod tests {
 
     #[test]
     fn what_may_end_differently_is_not_kept() {
-        let cache = Cache::new(engine(), None).unwrap();
+        let cache = Cache::new(engine());
         let key = cache.key(&job(1.0));
         cache.put(key, &Err(RunFailure::Cancelled));
         cache.put(key, &Err(RunFailure::Engine("no memory".into())));
@@ -301,12 +311,12 @@ mod tests {
     #[test]
     fn a_damaged_entry_is_as_if_absent() {
         let directory = tempfile::tempdir().unwrap();
-        let cache = Cache::new(engine(), Some(directory.path())).unwrap();
+        let cache = kept_in(directory.path());
         let (key, other) = (cache.key(&job(1.0)), cache.key(&job(2.0)));
         cache.put(key, &curve());
         let path = cache.path(key).unwrap();
         let good = std::fs::read(&path).unwrap();
-        let fresh = || Cache::new(engine(), Some(directory.path())).unwrap();
+        let fresh = || kept_in(directory.path());
         for i in 0..good.len() {
             let mut bad = good.clone();
             bad[i] ^= 0x40;
@@ -327,7 +337,7 @@ mod tests {
     fn a_disk_that_takes_nothing_is_reported_and_not_fatal() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("cache");
-        let cache = Cache::new(engine(), Some(&path)).unwrap();
+        let cache = kept_in(&path);
         std::fs::write(&path, "").unwrap();
         let key = cache.key(&job(1.0));
         cache.put(key, &curve());

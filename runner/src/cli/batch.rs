@@ -1,7 +1,7 @@
 //! `runner batch`: many parameter sets, one protocol, all cores.
 
 use super::assumed;
-use super::engine_args::EngineArguments;
+use super::engine_args::{EngineArguments, cache_directory};
 use super::job::{Invocation, JobArguments};
 use super::parameter_sets::{ParameterSets, Set};
 use super::progress::Progress;
@@ -67,8 +67,8 @@ const AHEAD: usize = 4;
 /// Runs the command.
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let motion = motion(&arguments.protocol, None, arguments.points, &Reading::default())?;
-    let cache = arguments.out.join("cache");
-    let engine = arguments.engine.engine(&arguments.record, false, Some(cache), &call.stop)?;
+    let cache = cache_directory(None, &arguments.out);
+    let engine = arguments.engine.engine(&arguments.record, false, Some(&cache), &call.stop)?;
     let common = settings_from(engine.wiring(), &arguments.engine.settings(engine.wiring())?)?;
     let sets = ParameterSets::open(&arguments.sets, &engine)?;
     let assumed = assumed::say_before(&assumed::of(&engine, &common, &sets.parameters()));

@@ -1,7 +1,7 @@
 //! `runner diagnose`: measurements in, what the model lacks out.
 
 use super::assumed;
-use super::engine_args::{EngineArguments, show_notes};
+use super::engine_args::{EngineArguments, cache_directory, show_notes};
 use super::identify::{sample_height, start};
 use super::idle;
 use super::idle::nothing_fitted;
@@ -59,7 +59,7 @@ pub struct Arguments {
     /// Directory for diagnosis.json and diagnosis.html
     #[arg(long, short, value_name = "DIR", default_value = "diagnosis")]
     pub(super) out: PathBuf,
-    /// Where runs are kept [default: DIR/cache]
+    /// Where runs are kept [default: what POROPUNCH_CACHE names in the environment, or DIR/cache]
     #[arg(long, value_name = "DIR")]
     pub(super) cache: Option<PathBuf>,
     /// Parameter not to fit, at this value or its default (repeatable)
@@ -174,8 +174,8 @@ pub fn diagnosis_of(
     let started = std::time::Instant::now();
     let options = Options { contact_threshold_n: CONTACT_N, water: None, command: command.clone() };
     let inspection = examine(&tests, &options)?;
-    let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
-    let engine = arguments.engine.engine(&[], true, Some(cache), stop)?;
+    let cache = cache_directory(arguments.cache.as_deref(), &arguments.out);
+    let engine = arguments.engine.engine(&[], true, Some(&cache), stop)?;
     let declared = declared(engine.wiring(), &arguments.effect)?;
     let mut requests = Requests {
         set: arguments.engine.settings(engine.wiring())?,

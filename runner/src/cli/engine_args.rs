@@ -11,7 +11,7 @@ use crate::pool::wiring::Names;
 use clap::Args;
 use poropunch::variables::{self, Causality, Kind, Variable};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -58,47 +58,50 @@ pub struct RunArguments {
 
 impl EngineArguments {
     /// Loads the FMU and starts the workers; records `extra` outputs and, where the FMU has them with these settings, the
-    /// derivatives of the force.
+    /// derivatives of the force. Runs are kept in `cache`.
     ///
     /// # Errors
-    /// As [`Engine::new`].
+    /// As [`Engine::new`] and [`Engine::keep_in`].
     pub fn engine(
         &self,
         extra: &[String],
         sensitivities: bool,
-        cache: Option<PathBuf>,
+        cache: Option<&Path>,
         stop: &Arc<AtomicBool>,
     ) -> Result<Engine, EngineError> {
         let (input, output) = (self.input.clone(), self.output.clone());
-        let names = Names { input, output, extra: extra.to_vec(), sensitivities, ..Names::default() };
-        let sensitivities = sensitivities && self.offers_derivatives(&names, stop)?;
-        let engine = self.engine_of(Names { sensitivities, ..names }, cache, stop)?;
+        let names = |sensitivities| Names {
+            input: input.clone(),
+            output: output.clone(),
+            extra: extra.to_vec(),
+            sensitivities,
+            ..Names::default()
+        };
+        let mut engine = self.engine_of(names(sensitivities), stop)?;
+        if sensitivities && !self.offers_derivatives(&engine) {
+            engine = self.engine_of(names(false), stop)?;
+        }
+        // After the run that told it: a usage error must leave nothing behind.
+        cache.map_or(Ok(()), |directory| engine.keep_in(directory))?;
         self.show_notes(engine.wiring());
         Ok(engine)
     }
 
-    /// Whether derivatives are there with these settings. The run that tells it is kept nowhere: a usage error must leave nothing behind.
-    fn offers_derivatives(&self, names: &Names, stop: &Arc<AtomicBool>) -> Result<bool, EngineError> {
-        let engine = self.engine_of(names.clone(), None, stop)?;
-        // Settings that cannot be used are the caller's to report.
-        let Ok(set) = self.settings(engine.wiring()) else { return Ok(true) };
+    /// Whether derivatives are there with these settings; those that cannot be used are the caller's to report.
+    fn offers_derivatives(&self, engine: &Engine) -> bool {
+        let Ok(set) = self.settings(engine.wiring()) else { return true };
         let requests = Requests { set, ..Requests::default() };
         let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests);
-        Ok(unknowns.map_or(true, |u| engine.offers_derivatives(&u.settings(u.start()))))
+        unknowns.map_or(true, |u| engine.offers_derivatives(&u.settings(u.start())))
     }
 
     /// The same for given names.
     ///
     /// # Errors
     /// As [`Engine::new`].
-    pub fn engine_of(
-        &self,
-        names: Names,
-        cache: Option<PathBuf>,
-        stop: &Arc<AtomicBool>,
-    ) -> Result<Engine, EngineError> {
+    pub fn engine_of(&self, names: Names, stop: &Arc<AtomicBool>) -> Result<Engine, EngineError> {
         let (fmu, stop) = (self.fmu.clone(), Arc::clone(stop));
-        Engine::new(&EngineOptions { fmu, names, workers: self.jobs, cache, stop })
+        Engine::new(&EngineOptions { fmu, names, workers: self.jobs, stop })
     }
 
     /// Tells what was read leniently in the parameter sets; those that cannot be read are for [`Self::settings`] to report.
@@ -123,6 +126,12 @@ impl EngineArguments {
         settings.extend(mesh.chain(self.set.iter().cloned()));
         Ok(settings)
     }
+}
+
+/// Where the runs of a command are kept: in the directory that was asked for, in the one that the environment names, or beside the results.
+pub fn cache_directory(asked: Option<&Path>, out: &Path) -> PathBuf {
+    let named = || std::env::var_os("POROPUNCH_CACHE").filter(|name| !name.is_empty()).map(PathBuf::from);
+    asked.map(Path::to_owned).or_else(named).unwrap_or_else(|| out.join("cache"))
 }
 
 /// Tells the user what was read leniently in a file.

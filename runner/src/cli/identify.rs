@@ -1,7 +1,7 @@
 //! `runner identify`: measurements in, parameters and what they are worth out.
 
 use super::assumed;
-use super::engine_args::{EngineArguments, show_notes};
+use super::engine_args::{EngineArguments, cache_directory, show_notes};
 use super::exit::{RefusedData, UsageError};
 use super::idle;
 use super::job::{Invocation, JobArguments};
@@ -43,7 +43,7 @@ pub struct Arguments {
     /// Directory for result.json, parameters.csv, parameters.ssv, curves.csv and report.html
     #[arg(long, short, value_name = "DIR", default_value = "identification")]
     out: PathBuf,
-    /// Where runs are kept [default: DIR/cache]
+    /// Where runs are kept [default: what POROPUNCH_CACHE names in the environment, or DIR/cache]
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
     /// Continue an identification in --out that was stopped or killed; same settings, same result
@@ -74,10 +74,10 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     }
     let files = [arguments.measurements.as_slice(), &arguments.validate].concat();
     let tests = read_tests(&files, Wanted::MotionAndForce, &arguments.reading)?;
-    let cache = arguments.cache.clone().unwrap_or_else(|| arguments.out.join("cache"));
+    let cache = cache_directory(arguments.cache.as_deref(), &arguments.out);
     let derivatives = fit.jacobian != JacobianSource::Fd;
     let recorded = RECORDED.map(str::to_owned);
-    let engine = arguments.engine.engine(&recorded, derivatives, Some(cache), &call.stop)?;
+    let engine = arguments.engine.engine(&recorded, derivatives, Some(&cache), &call.stop)?;
     let height = sample_height(&engine, &arguments.engine)?;
     let mut fitted = observations(tests, height)?;
     let validation = fitted.split_off(arguments.measurements.len());

@@ -23,9 +23,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let within = arguments.result.join(RESULT);
     let file = if arguments.result.is_dir() { &within } else { &arguments.result };
     let fail = |reason: String| format!("{}: {reason}", file.display());
-    let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
+    let text = std::fs::read(file).map_err(|e| fail(e.to_string()))?;
     let wrong = |e: serde_json::Error| fail(format!("is not a result of schema {SCHEMA}: {e}"));
-    let report: FitReport = serde_json::from_str(&text).map_err(wrong)?;
+    let report: FitReport = serde_json::from_slice(&text).map_err(wrong)?;
     if report.schema != SCHEMA {
         return Err(fail(format!("is of schema {}, this program reads {SCHEMA}", report.schema)).into());
     }

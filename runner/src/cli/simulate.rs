@@ -103,7 +103,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         texts: FieldArguments::texts(pvd.as_deref())?,
         ..Names::default()
     };
-    let engine = single.engine_of(names, None, stop)?;
+    let engine = single.engine_of(names, stop)?;
     single.show_notes(engine.wiring());
     for name in &arguments.record {
         let recorded = engine.wiring().outputs.iter().any(|p| asks_for(name, &p.name));

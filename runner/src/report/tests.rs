@@ -105,7 +105,7 @@ fn json_round_trip_is_exact_and_versioned() {
     let report = report();
     let json = serde_json::to_string_pretty(&report).unwrap();
     assert!(json.contains(r#""schema": "poropunch.fit-report/1""#));
-    assert!(serde_json::from_str::<FitReport>(&json).unwrap() == report);
+    assert!(serde_json::from_slice::<FitReport>(json.as_bytes()).unwrap() == report);
 }
 
 #[test]

@@ -274,7 +274,7 @@ fn answer(question: Question, scratch: &Path) -> Result<serde_json::Value, Study
     let file = folder.join(question.answer_file());
     let text = std::fs::read_to_string(&file).map_err(StudyError::io(&file))?;
     if question != Question::Batch {
-        let read = serde_json::from_str(&text);
+        let read = serde_json::from_slice(text.as_bytes());
         return read.map_err(|e| StudyError::File { file, problem: e.to_string() });
     }
     let mut curves = BTreeMap::new();

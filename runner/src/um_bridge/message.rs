@@ -99,8 +99,8 @@ fn answered(worker: &mut Worker, path: &str, body: &str) -> Result<Value, Refusa
     if !["InputSizes", "OutputSizes", "ModelInfo", "Evaluate", "Gradient", "ApplyJacobian"].contains(&path) {
         return Err(Refusal::NotFound(path.to_owned()));
     }
-    let request: Request =
-        serde_json::from_str(body).map_err(|error| Refusal::InvalidInput(format!("the body: {error}")))?;
+    let request: Request = serde_json::from_slice(body.as_bytes())
+        .map_err(|error| Refusal::InvalidInput(format!("the body: {error}")))?;
     if request.name != NAME {
         return Err(Refusal::ModelNotFound(request.name));
     }
