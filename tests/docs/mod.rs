@@ -16,7 +16,7 @@
 mod blocks;
 mod snapshots;
 
-use super::end_to_end::program::repository;
+use super::end_to_end::program::{repository, shared_runs};
 use super::wheel::{environment, python, staged, succeed};
 use blocks::{Block, Mark, blocks};
 use std::ffi::OsString;
@@ -52,6 +52,7 @@ impl Place {
             command.args(["-euo", "pipefail"]);
         }
         command.args(["-c", &block.code]).current_dir(self.scratch.path()).env("PATH", &self.path);
+        command.env("POROPUNCH_CACHE", shared_runs());
         if let Some(packages) = &self.packages {
             command.env("PYTHONPATH", packages);
         }

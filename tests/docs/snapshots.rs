@@ -2,7 +2,7 @@
 //!
 //! After a change that is meant: `INSTA_UPDATE=always cargo test --release -p runner --test all docs::snapshots`, and look at the difference.
 
-use crate::end_to_end::program::{directory, repository, runner, text};
+use crate::end_to_end::program::{directory, repository, sharing_runner, text};
 use std::path::Path;
 
 fn same(name: &str, said: &str) {
@@ -15,7 +15,7 @@ fn same(name: &str, said: &str) {
 
 /// What a command prints, in a directory of its own.
 fn said(folder: &Path, words: &[&str]) -> String {
-    let output = runner().args(words).current_dir(folder).env("COLUMNS", "80").output().unwrap();
+    let output = sharing_runner().args(words).current_dir(folder).env("COLUMNS", "80").output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{words:?}: {error}");
     String::from_utf8_lossy(&output.stdout).into_owned()

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 use tempfile::TempDir;
 
 /// The program that cargo built for this test.
@@ -12,6 +13,24 @@ pub fn runner() -> Command {
 /// A file of the repository.
 pub fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
+}
+
+/// The program, with the runs that this process's tests made for commands alike: for those that do not ask how often the model runs.
+pub fn sharing_runner() -> Command {
+    let mut command = runner();
+    command.env("POROPUNCH_CACHE", shared_runs());
+    command
+}
+
+/// Where they are kept.
+pub fn shared_runs() -> &'static Path {
+    static ONCE: OnceLock<PathBuf> = OnceLock::new();
+    ONCE.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("runs");
+        // What earlier tests left.
+        let _ = std::fs::remove_dir_all(&folder);
+        folder
+    })
 }
 
 /// Runs to the end.

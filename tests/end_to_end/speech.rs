@@ -2,7 +2,7 @@
 //! characters, completions and manual pages.
 
 use super::lag;
-use super::program::{self, directory, json, repository, run, succeed, text};
+use super::program::{self, directory, json, repository, run, shared_runs, sharing_runner, succeed, text};
 use super::third_party::{bench, wired};
 use serde_json::Value;
 use std::path::Path;
@@ -142,7 +142,7 @@ fn lines_fit_into_eighty_columns() {
     .map(|words| words.iter().map(|w| (*w).to_owned()).collect())
     .collect();
     let said = |words: Vec<String>| {
-        let output = run(&words.iter().map(String::as_str).collect::<Vec<_>>());
+        let output = sharing_runner().args(&words).output().expect("the program starts");
         let said = [output.stdout, output.stderr].map(|t| String::from_utf8_lossy(&t).into_owned()).concat();
         (words, said)
     };
@@ -167,7 +167,9 @@ fn what_is_assumed_stands_after_the_answer() {
     let d = directory();
     let out = d.path().join("out");
     let p2 = repository(P2);
-    let printed = succeed(&["identify", text(&p2), "--mesh", "coarse", "--out", text(&out)]);
+    let kept = ["--cache", text(shared_runs())];
+    let fit = ["identify", text(&p2), "--mesh", "coarse", "--out", text(&out)];
+    let printed = succeed(&[&fit[..], &kept[..]].concat());
     assert!(printed.starts_with("warning: punch radius 2 mm, sample height 10 mm"), "{printed}");
     let at = |part: &str| printed.find(part).unwrap_or_else(|| panic!("no {part} in {printed}"));
     assert!(at("Parameters identified from P2") < at("assumed: bonded bottom"));

@@ -298,6 +298,7 @@ fn residuals_are_below_the_tolerance_while_peeling() {
 /// built-in trapezoids, with the displacements of the shipped test as they are, and with noise of 1 um rms on them.
 /// Tolerance: a tenth around the 6.1 that is seen; 8 is the aim.
 #[test]
+#[ignore = "long: eight seconds"]
 fn six_cycles_cost_six_times_the_first() {
     for (history, first, all) in costs(MeshPreset::Coarse) {
         let ratio = all as f64 / first as f64;

@@ -5,7 +5,7 @@
 //! builds and installs the wheel, as a user does.
 //! Reference: the command line's curve, central differences, the shipped data's known parameters.
 
-use crate::end_to_end::program::repository;
+use crate::end_to_end::program::{repository, shared_runs};
 use runner::fmi::builtin_library;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -92,7 +92,8 @@ fn notebook(name: &str) {
     let mut test = Command::new(python());
     test.arg(repository("tests/wheel/python/notebook.py"));
     test.arg(repository(&format!("runner/python/notebooks/{name}.ipynb")));
-    succeed(test.env("PATH", path).env("PYTHONPATH", folder.path()).current_dir(folder.path()));
+    test.env("PATH", path).env("PYTHONPATH", folder.path()).env("POROPUNCH_CACHE", shared_runs());
+    succeed(test.current_dir(folder.path()));
 }
 
 #[test]
