@@ -39,7 +39,7 @@ pub struct Finding {
     pub parameters: Vec<String>,
     /// Direction in log parameters, largest component 1, in the order of `parameters`.
     pub direction: Vec<f64>,
-    /// Largest half-width of the 95 % interval in ln(value) among them.
+    /// Largest half-width of the 95 % interval in ln(value) among those that are not determined by themselves.
     pub half_width: f64,
     /// Correlation, for a pair.
     pub correlation: Option<f64>,
@@ -80,7 +80,7 @@ impl Identifiability {
             .collect();
         let mut findings: Vec<Finding> = sparse_basis(&v_t.select_rows(&weak))
             .into_iter()
-            .map(|direction| describe(direction, &white, &parameters, statistics, derived))
+            .filter_map(|direction| describe(&direction, &white, &parameters, statistics, derived))
             // A direction may be weak although each of its parameters is known.
             .filter(|finding| finding.half_width > DETERMINED_HALF_WIDTH)
             .collect();
@@ -149,16 +149,22 @@ fn sparse_basis(rows: &DMatrix<f64>) -> Vec<Vec<f64>> {
     b.row_iter().map(|r| scaled(r.iter().copied().collect())).collect()
 }
 
+/// What is not known along a direction; nothing where each of its parameters is.
 fn describe(
-    direction: Vec<f64>,
+    direction: &[f64],
     jacobian: &DMatrix<f64>,
     parameters: &[&FitParameter],
     statistics: &Statistics,
     derived: &[DerivedEstimate],
-) -> Finding {
+) -> Option<Finding> {
     let group: Vec<usize> = (0..direction.len()).filter(|&j| direction[j].abs() > NAMED).collect();
+    let is_known = |j: &usize| statistics.terms[*j].determination == Determination::Determined;
+    let open: Vec<usize> = group.iter().copied().filter(|j| !is_known(j)).collect();
+    if open.is_empty() {
+        return None;
+    }
     let names: Vec<String> = group.iter().map(|&j| parameters[j].name.clone()).collect();
-    let half_width = group.iter().map(|&j| statistics.terms[j].half_width).fold(0.0, f64::max);
+    let half_width = open.iter().map(|&j| statistics.terms[j].half_width).fold(0.0, f64::max);
     let column: nalgebra::DVector<f64> = group.iter().map(|&j| jacobian.column(j) * direction[j]).sum();
     let decade = std::f64::consts::LN_10 * column.norm();
     let kind = match group.len() {
@@ -181,9 +187,11 @@ fn describe(
         known_combination: known.map(|d| d.name.clone()),
         text: String::new(),
     };
-    let estimates: Vec<_> = group.iter().map(|&j| &statistics.terms[j]).collect();
-    finding.text = wording::finding(&finding, &estimates, known);
-    finding
+    let symbols = |of: &[usize]| -> Vec<&str> {
+        of.iter().map(|&j| statistics.terms[j].parameter.symbol.as_str()).collect()
+    };
+    finding.text = wording::finding(&finding, &symbols(&group), &symbols(&open), known);
+    Some(finding)
 }
 
 /// The best known derived quantity that depends on just these parameters, if it is known well.

@@ -88,6 +88,21 @@ fn products_and_invisible_parameters_are_named() {
     }
 }
 
+/// What a profile determines of a direction is not called undetermined, and a direction of which it determines all is no finding.
+#[test]
+fn what_a_profile_determines_is_not_called_undetermined() {
+    let (mut statistics, derived, _) = analyse(1e-5);
+    let mut after = |k: usize| {
+        (statistics.terms[k].half_width, statistics.terms[k].determination) =
+            (0.1, Determination::Determined);
+        let findings = Identifiability::new(&statistics, &derived).findings;
+        findings.into_iter().find(|f| f.parameters.iter().any(|p| p == "material.equilibrium.mu"))
+    };
+    let text = after(0).unwrap().text;
+    assert!(text.contains("alpha_inf alone is not determined") && !text.contains("each"), "{text}");
+    assert_eq!(after(1), None);
+}
+
 /// The modulus's interval by the delta method equals that of a fit whose parameter is the modulus itself.
 #[test]
 fn delta_method_equals_the_direct_parameterisation() {

@@ -3,7 +3,7 @@
 use super::derived::DerivedEstimate;
 use super::identifiability::{Finding, FindingKind};
 use super::resolution::{Resolution, ResolvedBranch, Standing};
-use super::statistics::{Determination, ParameterEstimate, Statistics};
+use super::statistics::{Determination, Statistics};
 
 /// A half-width in ln(value) as people say it: `4 %`, `a factor of 2.3`, `many orders of magnitude`.
 pub fn spread(half_width: f64) -> String {
@@ -51,14 +51,14 @@ pub fn list<S: AsRef<str>>(items: &[S]) -> String {
     }
 }
 
-/// What a finding means.
+/// What a finding means, of parameters of which those that are `open` are not determined by themselves.
 pub(super) fn finding(
     finding: &Finding,
-    estimates: &[&ParameterEstimate],
+    symbols: &[&str],
+    open: &[&str],
     known: Option<&DerivedEstimate>,
 ) -> String {
-    let symbols: Vec<&str> = estimates.iter().map(|e| e.parameter.symbol.as_str()).collect();
-    let names = list(&symbols);
+    let names = list(symbols);
     match finding.kind {
         FindingKind::Invisible => format!(
             "{names} is invisible in these data: a factor of ten changes the force by {} of the noise (rms), \
@@ -73,15 +73,21 @@ pub(super) fn finding(
                 significant(finding.decade_change, 2)
             )
         }
-        FindingKind::TradeOff => trade_off(finding, &symbols, &names, known),
+        FindingKind::TradeOff => trade_off(finding, symbols, open, known),
     }
 }
 
-fn trade_off(finding: &Finding, symbols: &[&str], names: &str, known: Option<&DerivedEstimate>) -> String {
+fn trade_off(finding: &Finding, symbols: &[&str], open: &[&str], known: Option<&DerivedEstimate>) -> String {
+    let names = list(symbols);
     let correlation = finding.correlation.map_or(String::new(), |c| format!(" (correlation {c:.4})"));
+    let (whose, is) = match open {
+        _ if open.len() == symbols.len() => ("each".to_owned(), "is"),
+        [one] => ((*one).to_owned(), "is"),
+        _ => (list(open), "are"),
+    };
     let alone = match Determination::of(finding.half_width) {
-        Determination::Undetermined => "each alone is not determined".to_owned(),
-        _ => format!("each alone only to {}", spread(finding.half_width)),
+        Determination::Undetermined => format!("{whose} alone {is} not determined"),
+        _ => format!("{whose} alone only to {}", spread(finding.half_width)),
     };
     if let Some(known) = known {
         return format!(

@@ -4,8 +4,8 @@ use super::first_hold::gains;
 use super::fit_report::*;
 use super::verdict;
 use crate::fit::{FitError, Solution};
-use crate::inference::derived::{self, DerivedQuantity, Values};
-use crate::inference::statistics::Determination;
+use crate::inference::derived::{self, DerivedEstimate, DerivedQuantity, Values};
+use crate::inference::statistics::{Determination, Interval};
 use crate::inference::{Fit, Identifiability, ParameterEstimate, Statistics, Unknowns};
 use crate::noise::Covariance;
 use nalgebra::DMatrix;
@@ -47,16 +47,17 @@ impl Assembly<'_> {
         }
         let (fit, unknowns) = (self.fit, self.unknowns);
         let solution = &fit.solution;
-        let statistics = self.statistics;
-        let derived = derived::estimate(self.derived, unknowns, &solution.x, &statistics, self.complete);
+        let mut statistics = self.statistics;
+        let mut derived = derived::estimate(self.derived, unknowns, &solution.x, &statistics, self.complete);
         let gains = gains(unknowns, self.derived, fit, self.stretches, &self.first_holds, self.complete);
+        take(&self.profiles, &mut statistics, &mut derived);
         let analysis = Identifiability::new(&statistics, &derived);
         let measurements: Vec<_> = self.curves.into_iter().map(MeasuredCurve::evaluate).collect();
         let mut report = FitReport {
             schema: SCHEMA.to_owned(),
             given: self.given,
             verdict: Verdict::default(),
-            parameters: statistics.estimates.iter().map(row).collect(),
+            parameters: statistics.estimates.iter().map(|e| row(e, &self.profiles)).collect(),
             derived: derived
                 .iter()
                 .map(|d| DerivedRow {
@@ -95,7 +96,6 @@ impl Assembly<'_> {
                 })
                 .collect(),
         };
-        report.take_profiles();
         report.verdict = verdict::verdict(&report, analysis.determined, analysis.unresolved);
         if let Some(far) = self.far_points {
             let text = format!(
@@ -113,27 +113,26 @@ fn again(before: Determination, half_width: f64) -> Determination {
     Determination::of(half_width).unresolved_if(before == Determination::Unresolved)
 }
 
-impl FitReport {
-    /// Puts the intervals of the profiles into the tables.
-    fn take_profiles(&mut self) {
-        for profile in &self.profiles {
-            let half_width = match profile.open {
-                [false, false] => 0.5 * (profile.upper / profile.lower).ln().abs(),
-                _ => f64::NAN,
-            };
-            if let Some(row) = self.parameters.iter_mut().find(|p| p.name == profile.name) {
-                (row.lower, row.upper, row.open) = (profile.lower, profile.upper, profile.open);
-                row.profiled = true;
-                if half_width.is_finite() {
-                    (row.half_width, row.determination) = (half_width, again(row.determination, half_width));
-                }
+/// Puts the intervals of the profiles in the place of the linearised ones.
+fn take(profiles: &[ProfileRow], statistics: &mut Statistics, derived: &mut [DerivedEstimate]) {
+    for profile in profiles {
+        let half_width = match profile.open {
+            [false, false] => Some(0.5 * (profile.upper / profile.lower).ln().abs()),
+            _ => None,
+        };
+        let interval = |si: f64| Interval { lower: profile.lower * si, upper: profile.upper * si };
+        let estimates = statistics.terms.iter_mut().chain(&mut statistics.estimates);
+        for e in estimates.filter(|e| e.parameter.name == profile.name) {
+            (e.interval, e.open) = (interval(e.parameter.unit.si), profile.open);
+            if let Some(half_width) = half_width {
+                (e.half_width, e.determination) = (half_width, again(e.determination, half_width));
             }
-            if let Some(row) = self.derived.iter_mut().find(|d| d.name == profile.name)
-                && half_width.is_finite()
-            {
-                (row.lower, row.upper) = (profile.lower, profile.upper);
-                (row.half_width, row.determination) = (half_width, again(row.determination, half_width));
-            }
+        }
+        if let Some(half_width) = half_width
+            && let Some(d) = derived.iter_mut().find(|d| d.name == profile.name)
+        {
+            d.interval = interval(d.unit.si);
+            (d.half_width, d.determination) = (half_width, again(d.determination, half_width));
         }
     }
 }
@@ -192,7 +191,7 @@ fn values_at(unknowns: &Unknowns, x: &[f64]) -> Vec<f64> {
     unknowns.free().iter().map(|p| p.unit.from_si(values[&p.name])).collect()
 }
 
-fn row(e: &ParameterEstimate) -> ParameterRow {
+fn row(e: &ParameterEstimate, profiles: &[ProfileRow]) -> ParameterRow {
     let p = &e.parameter;
     let shown = |v: f64| p.unit.from_si(v);
     ParameterRow {
@@ -210,7 +209,7 @@ fn row(e: &ParameterEstimate) -> ParameterRow {
         lower_bound: shown(p.lower),
         upper_bound: shown(p.upper),
         common_share: e.common_share,
-        profiled: false,
+        profiled: profiles.iter().any(|profile| profile.name == p.name),
     }
 }
 

@@ -101,7 +101,7 @@ class Finding:
     direction: list[float]
     """Direction in log parameters, largest component 1, in the order of `parameters`."""
     half_width: float
-    """Largest half-width of the 95 % interval in ln(value) among them."""
+    """Largest half-width of the 95 % interval in ln(value) among those that are not determined by themselves."""
     kind: FindingKind
     """Its kind."""
     parameters: list[str]
