@@ -455,11 +455,9 @@ fn partial_slip_under_flat_and_sphere() {
     }
 }
 
-/// The same in whole tests of six cycles: both protocols, bonded, frictionless and adhesive faces, weak friction, partial slip, a
-/// curved face, a compliant machine, the effects of the specimen; on the coarse and the standard mesh.
-#[test]
-#[ignore = "long: 400 runs of six cycles"]
-fn whole_tests() {
+/// The same in whole tests of six cycles: bonded, frictionless and adhesive faces, weak friction, partial slip, a curved face, a compliant
+/// machine, the effects of the specimen; on the coarse and the standard mesh.
+fn whole_tests(trapezoid: Trapezoid) {
     let faces: [&[(&str, f64)]; 8] = [
         &[],
         &[("boundary.bonded_punch", 0.0)],
@@ -477,14 +475,24 @@ fn whole_tests() {
         ],
     ];
     let mut cases = Vec::new();
-    for trapezoid in [Trapezoid::p1(), Trapezoid::p2()] {
-        for settings in faces {
-            for preset in [MeshPreset::Coarse, MeshPreset::Standard] {
-                cases.push((case(trapezoid, 6, preset, settings), By::material(2)));
-            }
+    for settings in faces {
+        for preset in [MeshPreset::Coarse, MeshPreset::Standard] {
+            cases.push((case(trapezoid, 6, preset, settings), By::material(2)));
         }
     }
     check_all(cases);
+}
+
+#[test]
+#[ignore = "long: 400 runs of six cycles"]
+fn whole_tests_of_p1() {
+    whole_tests(Trapezoid::p1());
+}
+
+#[test]
+#[ignore = "long: 400 runs of six cycles"]
+fn whole_tests_of_p2() {
+    whole_tests(Trapezoid::p2());
 }
 
 /// Goal: without effects of machine and sensor the derivatives of what is read are those of the specimen's force, at
