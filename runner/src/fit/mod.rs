@@ -16,7 +16,7 @@ pub mod problem;
 pub mod shared_errors;
 pub mod solution;
 mod step;
-mod subproblem;
+pub(crate) mod subproblem;
 pub mod trust_region;
 
 pub use multi_start::{MultiStart, MultiStartOptions, StartRecord};

@@ -2,8 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+/// Of a linear least-squares problem, singular values below this part of the largest are rounding.
+const FELT: f64 = 1e-8;
+
 /// `A = U S V^T` with `U^T f`; reused for every radius tried at one point.
-pub(super) struct Decomposition {
+pub(crate) struct Decomposition {
     singular_values: DVector<f64>,
     v_t: DMatrix<f64>,
     u_t: DMatrix<f64>,
@@ -11,6 +14,21 @@ pub(super) struct Decomposition {
 }
 
 impl Decomposition {
+    /// Of `min |A p - rest|`, along what is felt.
+    pub(crate) fn linear(a: DMatrix<f64>, rest: &DVector<f64>) -> Self {
+        Self::new(a, &-rest, FELT)
+    }
+
+    /// The minimiser.
+    pub(crate) fn whole_step(&self) -> DVector<f64> {
+        -self.v_t.tr_mul(&self.uf.component_div(&self.singular_values))
+    }
+
+    /// How much lower the sum of squares is there.
+    pub(crate) fn taken_up(&self) -> f64 {
+        self.uf.norm_squared()
+    }
+
     /// Decomposes `a`; directions with a singular value below `rank_tolerance` times the largest are left
     /// alone, because along them the model says nothing and the step would be noise.
     pub(super) fn new(a: DMatrix<f64>, f: &DVector<f64>, rank_tolerance: f64) -> Self {
@@ -97,6 +115,15 @@ mod tests {
         let (p, alpha) = Decomposition::new(a.clone(), &f, 0.0).solve(1e3, 0.0);
         assert_eq!(alpha, 0.0);
         assert!((a.tr_mul(&(&a * p + f))).norm() < 1e-13);
+    }
+
+    #[test]
+    fn whole_step_takes_up_what_can_be() {
+        let (a, f) = example();
+        let linear = Decomposition::linear(a.clone(), &f);
+        let left = (&a * linear.whole_step() - &f).norm_squared();
+        assert!((f.norm_squared() - linear.taken_up() - left).abs() < 1e-13);
+        assert!((a.tr_mul(&(&a * linear.whole_step() - f))).norm() < 1e-13);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! that falls between two points is computed in its turn, until what was foreseen is what is found.
 
 use super::profile::{Given, Profile, Profiler, Target, main_variable};
+use crate::fit::subproblem::Decomposition;
 use crate::fit::{EvaluationFailure, Problem};
 use crate::inference::problem::ForceProblem;
 use crate::pool::{Priority, Run};
@@ -125,12 +126,7 @@ impl Profiler<'_> {
         if reduced.ncols() == 0 {
             return rest.norm_squared();
         }
-        // Along what nothing is felt there is no step.
-        let svd = reduced.svd(true, false);
-        let Some(basis) = svd.u else { return rest.norm_squared() };
-        let felt = svd.singular_values.map(|s| if s > 1e-8 * svd.singular_values[0] { 1.0 } else { 0.0 });
-        let taken_up = basis.tr_mul(&rest).component_mul(&felt);
-        rest.norm_squared() - taken_up.norm_squared()
+        rest.norm_squared() - Decomposition::linear(reduced, &rest).taken_up()
     }
 }
 

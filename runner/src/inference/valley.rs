@@ -8,6 +8,7 @@ use super::fit::Fit;
 use super::problem::ForceProblem;
 use super::setup::Setup;
 use super::statistics::{Bend, DETERMINED_HALF_WIDTH, Statistics};
+use crate::fit::subproblem::Decomposition;
 use crate::fit::{EvaluationFailure, Problem};
 use crate::pool::{Priority, Run, side_by_side};
 use nalgebra::{DMatrix, DVector};
@@ -122,7 +123,7 @@ fn at(
     let least = stacked(&start, (&fit.jacobian_mn, &fit.gap_mn)).1.norm_squared();
     let (all, rest) = stacked(&x, (&jacobian_mn, &-DVector::from_vec(residual)));
     let unit = deviation.normalize();
-    let Some(step) = across(&all, &rest, &unit) else { return Ok(None) };
+    let step = across(&all, &rest, &unit);
     let (lower, upper) = setup.unknowns.bounds();
     let there = DVector::from_fn(x.len(), |j, _| (x[j] + step[j]).clamp(lower[j], upper[j]));
     let rise = (&rest - &all * (&there - &x)).norm_squared() - least;
@@ -131,15 +132,10 @@ fn at(
 }
 
 /// The least-squares step at right angles to a direction; along what nothing is felt there is none.
-fn across(design: &DMatrix<f64>, rest: &DVector<f64>, unit: &DVector<f64>) -> Option<DVector<f64>> {
+fn across(design: &DMatrix<f64>, rest: &DVector<f64>, unit: &DVector<f64>) -> DVector<f64> {
     let projected = design - (design * unit) * unit.transpose();
-    let svd = projected.svd(true, true);
-    let (basis, rows) = (svd.u?, svd.v_t?);
-    let felt = basis
-        .tr_mul(rest)
-        .zip_map(&svd.singular_values, |u, s| if s > 1e-8 * svd.singular_values[0] { u / s } else { 0.0 });
-    let step = rows.tr_mul(&felt);
-    Some(&step - unit * unit.dot(&step))
+    let step = Decomposition::linear(projected, rest).whole_step();
+    &step - unit * unit.dot(&step)
 }
 
 #[cfg(test)]
@@ -152,7 +148,7 @@ mod tests {
         let design = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 2.0]);
         let rest = DVector::from_vec(vec![1.0, 6.0]);
         let unit = DVector::from_vec(vec![1.0, 1.0]).normalize();
-        let step = across(&design, &rest, &unit).unwrap();
+        let step = across(&design, &rest, &unit);
         let (x, y) = (step[0], step[1]);
         assert!((x + y).abs() < 1e-12, "{step}");
         assert!(((x - 1.0) - 4.0 * (y - 3.0)).abs() < 1e-9, "{step}");
