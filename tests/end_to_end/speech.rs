@@ -167,9 +167,8 @@ fn what_is_assumed_stands_after_the_answer() {
     let d = directory();
     let out = d.path().join("out");
     let p2 = repository(P2);
-    let kept = ["--cache", text(shared_runs())];
-    let fit = ["identify", text(&p2), "--mesh", "coarse", "--out", text(&out)];
-    let printed = succeed(&[&fit[..], &kept[..]].concat());
+    let kept = text(shared_runs());
+    let printed = succeed(&["identify", text(&p2), "--mesh", "coarse", "--out", text(&out), "--cache", kept]);
     assert!(printed.starts_with("warning: punch radius 2 mm, sample height 10 mm"), "{printed}");
     let at = |part: &str| printed.find(part).unwrap_or_else(|| panic!("no {part} in {printed}"));
     assert!(at("Parameters identified from P2") < at("assumed: bonded bottom"));
