@@ -71,8 +71,8 @@ fn main() -> Result<(), Error> {
             let setup = Setup::new(&engine, &drawn, &unknowns);
             let covariance = &found.noise.covariance;
             let again = |start: &Fit, active: &[&Candidate]| -> Result<Fit, Error> {
-                let starts = vec![start.solution.x.clone()];
-                let plan = FitPlan { starts, evaluations: EVALUATIONS, depth: Depth::Minimum };
+                let start = start.solution.x.clone();
+                let plan = FitPlan { start, evaluations: EVALUATIONS, depth: Depth::Minimum };
                 let known = covariance.without(&split.predicted);
                 let fitted = fit(setup, active, &known, &plan, &mut |_| {})?;
                 Ok(fitted.seen_with(setup, active, covariance)?)

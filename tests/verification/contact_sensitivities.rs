@@ -224,11 +224,8 @@ impl Case {
                         let exact = [s.force, s.fluid][part];
                         (part, (exact - slope).abs() / largest, recorded.from_time + recorded.dt)
                     };
-                    steps
-                        .iter()
-                        .zip(&slopes)
-                        .map(error)
-                        .fold((part, 0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+                    // What is no number counts as the largest error.
+                    steps.iter().zip(&slopes).map(error).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
                 };
                 [of(0), of(1)].into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
             };

@@ -33,22 +33,6 @@ pub struct Refit {
 }
 
 impl Refit {
-    /// The same judged against a fit of the plain model, of whose gap a smooth error explains `gap`; a smaller part than `rest` of it is a
-    /// matter of the effect's form.
-    #[must_use]
-    pub fn against(self, candidates: &[Candidate], plain: &Fit, gap: &SomethingElse, rest: f64) -> Self {
-        let active: Vec<&Candidate> = self.members.iter().map(|k| &candidates[*k]).collect();
-        // Of a gap with kinks, as a lag leaves it, a smooth error explains little: the larger measure is the gap.
-        let whole = gap.explained.max(excess(plain));
-        let is_small = |left: f64| left < rest * rest * whole;
-        Self {
-            evidence: self.fit.evidence(&active) - plain.evidence(&[]),
-            gain: plain.solution.chi_square - self.fit.misfit(),
-            leaves_little: is_small(self.remainder.explained) && is_small(excess(&self.fit)),
-            ..self
-        }
-    }
-
     /// Whether noise alone leaves such a rest with more than this probability.
     pub fn leaves_noise(&self, significant: f64) -> bool {
         self.adequacy > significant
@@ -72,19 +56,23 @@ pub fn refit(
     let &Search { setup, candidates, plain, gap, covariance, evaluations, thresholds, .. } = search;
     let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
     let start = [from, &start_magnitudes(candidates, members)].concat();
-    let plan = FitPlan { starts: vec![start], evaluations, depth };
+    let plan = FitPlan { start, evaluations, depth };
     let found = fit(setup, &active, covariance, &plan, observe)?;
-    let refit = Refit {
+    let remainder = something_else(setup.observations, &found.linear, &found.covariance);
+    // Of a gap with kinks, as a lag leaves it, a smooth error explains little: the larger measure is the gap. A smaller part than `rest`
+    // of it is a matter of the effect's form.
+    let whole = gap.explained.max(excess(plain));
+    let is_small = |left: f64| left < thresholds.rest * thresholds.rest * whole;
+    Ok(Refit {
         members: members.iter().map(|(k, _)| *k).collect(),
         alternatives: vec![],
-        remainder: something_else(setup.observations, &found.linear, &found.covariance),
+        evidence: found.evidence(&active) - plain.evidence(&[]),
+        gain: plain.solution.chi_square - found.misfit(),
+        leaves_little: is_small(remainder.explained) && is_small(excess(&found)),
+        remainder,
         adequacy: adequacy(setup, &found),
-        evidence: 0.0,
-        gain: 0.0,
-        leaves_little: false,
         fit: found,
-    };
-    Ok(refit.against(candidates, plain, gap, thresholds.rest))
+    })
 }
 
 /// Where the magnitudes of a refit begin: inside their ranges, since the optimiser cannot leave a bound on which it starts.

@@ -255,7 +255,7 @@ pub struct Significance {
 impl Asked<'_> {
     /// Fit of the plain model.
     fn plain(&self, start: &[f64], depth: Depth, say: &mut dyn FnMut(String)) -> Result<Fit, DiagnosisError> {
-        let plan = FitPlan { starts: vec![start.to_vec()], evaluations: self.effort.evaluations, depth };
+        let plan = FitPlan { start: start.to_vec(), evaluations: self.effort.evaluations, depth };
         let mut watch = |r: &IterationRecord| {
             say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
         };

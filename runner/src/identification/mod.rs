@@ -71,7 +71,6 @@ impl From<FitFailure> for IdentificationError {
             FitFailure::Fit(error) => error,
             FitFailure::Evaluation(EvaluationFailure::Failed(reason)) => FitError::StartFailed(reason),
             FitFailure::Evaluation(EvaluationFailure::Interrupted) => FitError::Interrupted,
-            FitFailure::NoStart => FitError::StartFailed(failure.to_string()),
         })
     }
 }

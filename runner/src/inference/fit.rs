@@ -50,8 +50,6 @@ const SETTLED: f64 = 0.1;
 pub const ROUGH: f64 = 3e-2;
 /// An iteration that is expected to lower chi^2 by less than this part of it is not made in a rough fit.
 const ROUGH_FORESEEN: f64 = 3e-3;
-/// A rough fit with this chi^2 per point is near the best: no further start is tried.
-const ENOUGH: f64 = 1.1;
 /// A rough fit with more than this chi^2 per point misses the data, however it is polished.
 const HOPELESS: f64 = 1.3;
 /// Drawn starts that are refined to the end; the others are only screened.
@@ -66,9 +64,6 @@ pub enum FitFailure {
     /// No start, or bounds that cannot be used.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// Nowhere to begin.
-    #[error("a fit needs at least one start")]
-    NoStart,
     /// The model failed, or the user asked to stop.
     #[error(transparent)]
     Evaluation(#[from] EvaluationFailure),
@@ -77,11 +72,11 @@ pub enum FitFailure {
 /// How a fit with effects is made.
 #[derive(Debug, Clone)]
 pub struct FitPlan {
-    /// Starts of parameters and magnitudes, tried until one fits; the best of their rough fits is carried on.
-    pub starts: Vec<Vec<f64>>,
-    /// Largest number of evaluations per start.
+    /// Start of parameters and magnitudes.
+    pub start: Vec<f64>,
+    /// Largest number of evaluations of each of its parts.
     pub evaluations: usize,
-    /// How far the best of them is carried.
+    /// How far it is carried.
     pub depth: Depth,
 }
 
@@ -268,33 +263,10 @@ pub fn fit(
         }
         Ok(found?)
     };
-    let mut solution: Option<Solution> = None;
-    let mut failure = None;
-    let points = setup.measured_mn().len() as f64;
-    let enough = ENOUGH * points;
-    for start in &plan.starts {
-        if solution.as_ref().is_some_and(|s| s.chi_square < enough) {
-            break;
-        }
-        match from(start, &rough) {
-            Ok(found) if solution.as_ref().is_none_or(|s| found.chi_square < s.chi_square) => {
-                solution = Some(found);
-            }
-            Ok(_) => {}
-            Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
-                return Err(EvaluationFailure::Interrupted.into());
-            }
-            Err(error) => failure = Some(error),
-        }
-    }
-    let mut solution = match (solution, failure) {
-        (Some(solution), _) => solution,
-        (None, Some(failure)) => return Err(failure),
-        (None, None) => return Err(FitFailure::NoStart),
-    };
+    let mut solution = from(&plan.start, &rough)?;
     let is_at_minimum = match plan.depth {
         Depth::Rough => false,
-        Depth::Competing => solution.chi_square < HOPELESS * points,
+        Depth::Competing => solution.chi_square < HOPELESS * setup.measured_mn().len() as f64,
         Depth::Minimum => true,
     };
     if is_at_minimum {
