@@ -2,8 +2,7 @@
 //! added, the posterior sampled; the ranks of the values among the draws must be uniform.
 //!
 //! `cargo run --release -p runner --example posterior_study -- 60` makes sixty replicates of a standard linear solid under a flat punch:
-//! mu, alpha of the equilibrium, mu, eta of the branch, each over a decade. A second argument names the method that all replicates
-//! use: `auto` (importance, NUTS where k-hat exceeds 0.7) is the default.
+//! mu, alpha of the equilibrium, mu, eta of the branch, each over a decade. A second argument is the first replicate to make.
 
 use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
@@ -13,6 +12,7 @@ use runner::data::Measurement;
 use runner::engine::{Engine, EngineOptions};
 use runner::inference::fit::search;
 use runner::inference::posterior::{Method, SamplePlan, posterior};
+use runner::inference::valley::bends;
 use runner::inference::{Requests, SearchPlan, Setup, Statistics, Unknowns};
 use runner::noise::{Covariance, Observation};
 use runner::pool::Priority;
@@ -46,12 +46,13 @@ fn main() {
     };
     let unknowns =
         Unknowns::new(engine.wiring(), true, &requests).map_err(|e| e.to_string()).expect("unknowns");
-    let mut random = ChaCha8Rng::seed_from_u64(7);
-    let mut normal = move || -> f64 { StandardNormal.sample(&mut random) };
+    let first: usize = std::env::args().nth(2).and_then(|n| n.parse().ok()).unwrap_or(0);
     let mut ranks = vec![[0usize; BINS]; unknowns.len()];
     let mut done = 0;
     println!("replicate,method,k_hat,effective,share of draws below the truth (one column per value)");
-    for replicate in 0..count {
+    for replicate in first..count {
+        let mut random = ChaCha8Rng::seed_from_u64(7 + replicate as u64);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let prior = unknowns.prior();
         let (lower, upper) = unknowns.bounds();
         let mut value = |j: usize| loop {
@@ -91,6 +92,8 @@ fn main() {
             continue;
         };
         let statistics = Statistics::new(&unknowns, &fit, &[m.len()]).expect("points");
+        let bends = bends(setup, &fit, &statistics).expect("the bends");
+        let statistics = statistics.along(&unknowns, &fit.solution.x, bends);
         let plan = SamplePlan { proposals: 250, draws: 99, tuning: 100, seed: replicate as u64 };
         let sampled = match posterior(setup, &fit, &statistics, &plan) {
             Ok(sampled) => sampled,

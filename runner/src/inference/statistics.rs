@@ -164,6 +164,11 @@ impl Statistics {
         self
     }
 
+    /// How the directions that the data hardly determine bend, where that was asked for.
+    pub fn bends(&self) -> &[Bend] {
+        &self.bends
+    }
+
     /// The same with what is known of the branches: by number nothing is claimed of those that the data do not tell apart.
     #[must_use]
     pub fn resolved(mut self, resolution: Resolution) -> Self {

@@ -131,6 +131,15 @@ impl Fit {
         &self.solution.x[..self.parameters]
     }
 
+    /// Precision that an unknown has before the measurement, and its mean beside the optimum: variables and magnitudes, then the
+    /// heights of the common errors.
+    pub fn known_before(&self, j: usize) -> (f64, f64) {
+        match self.solution.x.get(j) {
+            Some(x) => (self.prior.deviation[j].powi(-2), self.prior.mean[j] - x),
+            None => (1.0, 0.0),
+        }
+    }
+
     /// The magnitudes.
     pub fn magnitudes(&self) -> &[f64] {
         &self.solution.x[self.parameters..]

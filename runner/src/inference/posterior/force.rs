@@ -78,7 +78,8 @@ pub fn posterior(
     let problem = SharedErrors::new(forces, &statistics.covariance, measured, prior);
     let mut density = ForceDensity { setup, problem };
     let seen = statistics.of_what_a_fit_sees();
-    let found = sample(&mut density, Peak { mode: &fit.solution.x, covariance: &seen }, plan)?;
+    let peak = Peak { mode: &fit.solution.x, covariance: &seen, bends: statistics.bends() };
+    let found = sample(&mut density, peak, plan)?;
     let (terms, rows) = setup.unknowns.terms();
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed.wrapping_add(1));
     let unseen = statistics.unseen_shifts();

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! Fit -> Density (chi^2 with the prior, within the bounds)
+//!     -> straightened (variables in which it is nearly a normal one)
 //!     -> importance (draws around the optimum, weighed; Pareto k-hat says whether that works)
 //!     -> nuts (where it does not) -> Sample
 //! ```
@@ -10,14 +11,17 @@ mod force;
 mod importance;
 mod nuts;
 mod pareto;
+mod straightened;
 #[cfg(test)]
 mod tests;
 
 pub use force::{Posterior, posterior};
 
+use super::statistics::Bend;
 use crate::fit::EvaluationFailure;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
+use straightened::Straightened;
 use thiserror::Error;
 
 /// Above this the variance of the importance weights is not known to be finite enough to trust them (Vehtari, Simpson, Gelman, Yao
@@ -78,6 +82,8 @@ pub struct Peak<'a> {
     pub mode: &'a [f64],
     /// Inverse of the curvature there.
     pub covariance: &'a DMatrix<f64>,
+    /// Where its valley bends.
+    pub bends: &'a [Bend],
 }
 
 /// Draws of equal weight.
@@ -91,7 +97,7 @@ pub struct Sample {
     pub k_hat: f64,
     /// Independent draws that these are worth.
     pub effective: f64,
-    /// Trajectories of NUTS that failed.
+    /// Trajectories of NUTS that failed, or left the bounds.
     pub divergent: usize,
 }
 
@@ -115,21 +121,16 @@ pub fn sample(
     peak: Peak<'_>,
     plan: &SamplePlan,
 ) -> Result<Sample, PosteriorError> {
-    let weighed = importance::sample(density, peak, plan)?;
+    let to = Straightened::new(&peak)?;
+    let (weighed, heaviest) = importance::sample(density, &to, plan)?;
     if weighed.k_hat <= TRUSTED_K_HAT {
         return Ok(weighed);
     }
-    let found = nuts::sample(density, peak, plan)?;
+    let found = nuts::sample(density, &to, &heaviest, plan)?;
     Ok(Sample { k_hat: weighed.k_hat, ..found })
 }
 
-/// A root `L` with `L L'` the matrix, which rounding may have made not quite positive.
-fn root(covariance: &DMatrix<f64>) -> Result<DMatrix<f64>, PosteriorError> {
-    let eigen = (0.5 * (covariance + covariance.transpose())).symmetric_eigen();
-    let largest = eigen.eigenvalues.amax();
-    if !(largest > 0.0 && largest.is_finite()) {
-        return Err(PosteriorError::Sampler("the fit has no curvature".to_owned()));
-    }
-    let sizes = eigen.eigenvalues.map(|l| l.max(1e-12 * largest).sqrt());
-    Ok(&eigen.eigenvectors * DMatrix::from_diagonal(&sizes))
+/// Whether a point lies within bounds, lower and upper.
+fn is_within(x: &[f64], (lower, upper): &(Vec<f64>, Vec<f64>)) -> bool {
+    x.iter().zip(lower.iter().zip(upper)).all(|(x, (l, u))| (l..=u).contains(&x))
 }

@@ -53,7 +53,9 @@ fn covariance() -> DMatrix<f64> {
 #[test]
 fn a_normal_posterior_is_sampled_by_importance() {
     let plan = SamplePlan { proposals: 4000, draws: 2000, ..SamplePlan::default() };
-    let found = sample(&mut Normal, Peak { mode: &[1.0, -2.0], covariance: &covariance() }, &plan).unwrap();
+    let found =
+        sample(&mut Normal, Peak { mode: &[1.0, -2.0], covariance: &covariance(), bends: &[] }, &plan)
+            .unwrap();
     assert!(found.method == Method::Importance && found.k_hat < 0.3, "{} {:?}", found.k_hat, found.method);
     assert!(found.effective > 1500.0, "{}", found.effective);
     for (j, centre) in [1.0, -2.0].into_iter().enumerate() {
@@ -67,8 +69,8 @@ fn a_normal_posterior_is_sampled_by_importance() {
 #[test]
 fn nuts_samples_the_same_normal_posterior() {
     let plan = SamplePlan { draws: 1500, ..SamplePlan::default() };
-    let found =
-        nuts::sample(&mut Normal, Peak { mode: &[1.0, -2.0], covariance: &covariance() }, &plan).unwrap();
+    let to = Straightened::new(&Peak { mode: &[1.0, -2.0], covariance: &covariance(), bends: &[] }).unwrap();
+    let found = nuts::sample(&mut Normal, &to, &DVector::from_row_slice(&[0.1, 0.1]), &plan).unwrap();
     for (j, centre) in [1.0, -2.0].into_iter().enumerate() {
         let (mean, variance) = moments(&found.draws, j);
         let expected = covariance()[(j, j)];
@@ -77,17 +79,61 @@ fn nuts_samples_the_same_normal_posterior() {
     }
 }
 
+/// Laplace at the mode sees the width of the banana's skin only.
+fn skin() -> DMatrix<f64> {
+    DMatrix::from_diagonal(&DVector::from_row_slice(&[1.0, 0.25]))
+}
+
+/// Its bend, but for this part of it.
+fn bend(missed: f64) -> [Bend; 1] {
+    let at = |z: f64| (z, DVector::from_row_slice(&[z, (1.0 - missed) * z * z]));
+    [Bend { deviation: DVector::from_row_slice(&[1.0, 0.0]), floor: vec![at(1.0), at(-1.0)] }]
+}
+
+fn assert_banana(draws: &[Vec<f64>], tolerance: f64) {
+    let ((mean, variance), (along, spread)) = (moments(draws, 1), moments(draws, 0));
+    assert!(
+        (mean - 1.0).abs() < tolerance && (variance / 2.25 - 1.0).abs() < 2.0 * tolerance,
+        "{mean} {variance}"
+    );
+    assert!(along.abs() < tolerance && (spread - 1.0).abs() < tolerance, "{along} {spread}");
+}
+
 #[test]
-fn a_banana_is_left_to_nuts() {
-    // Laplace at the mode sees the width of the skin only.
-    let laplace = DMatrix::from_diagonal(&DVector::from_row_slice(&[1.0, 0.25]));
+fn a_banana_whose_bend_is_known_is_sampled_by_importance() {
+    for missed in [0.0, 0.1] {
+        let mut all = vec![];
+        for seed in 0..10 {
+            let plan = SamplePlan { proposals: 2000, seed, ..SamplePlan::default() };
+            let bends = bend(missed);
+            let peak = Peak { mode: &[0.0, 0.0], covariance: &skin(), bends: &bends };
+            let found = sample(&mut Banana, peak, &plan).unwrap();
+            assert!(found.k_hat < TRUSTED_K_HAT && found.method == Method::Importance, "{}", found.k_hat);
+            all.extend(found.draws);
+        }
+        assert_banana(&all, 0.08);
+    }
+}
+
+#[test]
+fn a_banana_whose_bend_nobody_knows_is_left_to_nuts() {
     let plan = SamplePlan { draws: 20_000, tuning: 1000, ..SamplePlan::default() };
-    let found = sample(&mut Banana, Peak { mode: &[0.0, 0.0], covariance: &laplace }, &plan).unwrap();
+    let peak = Peak { mode: &[0.0, 0.0], covariance: &skin(), bends: &[] };
+    let found = sample(&mut Banana, peak, &plan).unwrap();
     assert!(found.k_hat > TRUSTED_K_HAT && found.method == Method::Nuts, "{}", found.k_hat);
-    let ((mean, variance), (along, spread)) = (moments(&found.draws, 1), moments(&found.draws, 0));
     // Draws of a banana remember each other: its arms are narrow for a step that suits its middle.
-    assert!((mean - 1.0).abs() < 0.25 && (1.5..3.2).contains(&variance), "{mean} {variance}");
-    assert!(along.abs() < 0.25 && (spread - 1.0).abs() < 0.25, "{along} {spread}");
+    assert_banana(&found.draws, 0.25);
+}
+
+#[test]
+fn nuts_hardly_remembers_in_straightened_variables() {
+    let plan = SamplePlan { draws: 1000, ..SamplePlan::default() };
+    let bends = bend(0.1);
+    let peak = Peak { mode: &[0.0, 0.0], covariance: &skin(), bends: &bends };
+    let to = Straightened::new(&peak).unwrap();
+    let found = nuts::sample(&mut Banana, &to, &DVector::from_row_slice(&[0.1, 0.1]), &plan).unwrap();
+    assert!(found.effective > 250.0, "{}", found.effective);
+    assert_banana(&found.draws, 0.15);
 }
 
 #[test]
@@ -107,10 +153,14 @@ fn what_lies_beyond_a_bound_has_no_weight() {
     }
     // A half normal: mean sqrt(2 / pi).
     let plan = SamplePlan { proposals: 4000, draws: 2000, ..SamplePlan::default() };
-    for by in [importance::sample, nuts::sample] {
-        let found =
-            by(&mut Half, Peak { mode: &[0.0], covariance: &DMatrix::identity(1, 1) }, &plan).unwrap();
+    let to =
+        Straightened::new(&Peak { mode: &[0.0], covariance: &DMatrix::identity(1, 1), bends: &[] }).unwrap();
+    let (by_importance, heaviest) = importance::sample(&mut Half, &to, &plan).unwrap();
+    // At the wall half of the trajectories end: the draws remember each other.
+    let plan = SamplePlan { draws: 20_000, ..plan };
+    let by_nuts = nuts::sample(&mut Half, &to, &heaviest, &plan).unwrap();
+    for found in [by_importance, by_nuts] {
         let mean = moments(&found.draws, 0).0;
-        assert!((mean - 0.798).abs() < 0.06, "{mean}");
+        assert!((mean - 0.798).abs() < 0.04, "{mean}");
     }
 }

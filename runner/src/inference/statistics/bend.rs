@@ -12,6 +12,14 @@ pub struct Bend {
 }
 
 impl Bend {
+    /// `c` of the floor `z d + c z^2 / 2`, `d` one deviation along the direction, by least squares; `None` of no points.
+    pub fn curvature(&self) -> Option<DVector<f64>> {
+        let square: f64 = self.floor.iter().map(|(z, _)| 0.25 * z.powi(4)).sum();
+        let beside = self.floor.iter().map(|(z, by)| (by - &self.deviation * *z) * (0.5 * z * z));
+        let sum = beside.reduce(|sum, one| sum + one)?;
+        (square > 0.0).then(|| sum / square)
+    }
+
     /// What it does to a quantity's mean, and adds to its variance, `moved(by)` being the change from the optimum: of `g z + h z^2 / 2`, z
     /// standard normal, the mean is `h / 2` and the variance `g^2 + h^2 / 2`.
     pub(super) fn moments(
