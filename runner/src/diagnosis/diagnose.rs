@@ -166,13 +166,14 @@ pub fn diagnose(
     let alike = |a: usize, b: usize| alike(screened, a, b);
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
     let mates = |leader: usize| mates(&candidates, screened, refits, y, leader, thresholds.decisive);
-    let accepted = |r: &Refit| accepted(plain, r, &splits, &thresholds);
+    let held_out = |r: &Refit| comparisons(plain, r, &splits, &candidates, &thresholds);
+    let accepted = |r: &Refit| accepted(&held_out(r));
     let percent = |difference_mn: &DVector<f64>| gap_percent(&observations, difference_mn);
     let explained = |r: &Refit| percent(&(&plain.gap_mn - &r.fit.gap_mn));
     let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
     let gap_percent = percent(&plain.gap_mn);
     let is_small = gap_percent < effort.matters_percent;
-    let removed = |r: &Refit| removed(plain, r, &splits, &thresholds);
+    let removed = |r: &Refit| removed(&held_out(r));
     let decision = decide(&Evidence {
         thresholds,
         is_small,
@@ -383,20 +384,28 @@ fn mates(
     screened.iter().filter(is_mate).map(|s| s.candidate).collect()
 }
 
+/// Both models' predictions of the data that tell the effects.
+fn comparisons(
+    plain: &Fit,
+    refit: &Refit,
+    splits: &[Split],
+    candidates: &[Candidate],
+    thresholds: &Thresholds,
+) -> Vec<Comparison> {
+    let telling = splits.iter().filter(|s| s.can_tell(&refit.members, candidates));
+    telling
+        .filter_map(|s| Comparison::new(plain, &refit.fit, s, thresholds))
+        .filter(|c| c.informative)
+        .collect()
+}
+
 /// Whether the effects surely bring the prediction of some held-out data nearer to them; `None` where no split determines them, or
 /// has a gap of its own.
-fn removed(plain: &Fit, refit: &Refit, splits: &[Split], thresholds: &Thresholds) -> Option<bool> {
-    let of = |split: &Split| {
-        let comparison = Comparison::new(plain, &refit.fit, split, thresholds).filter(|c| c.informative)?;
-        let all: Vec<usize> = (0..split.predicted.len()).collect();
-        comparison.shrinkage(&all, &comparison.draws()).interval.map(|(low, _)| low > 0.0)
-    };
-    splits.iter().filter_map(of).reduce(|any, one| any || one)
+fn removed(held_out: &[Comparison]) -> Option<bool> {
+    held_out.iter().filter_map(Comparison::is_surely_nearer).reduce(|any, one| any || one)
 }
 
 /// Whether held-out data accept a model: the sum over the splits that determine it.
-fn accepted(plain: &Fit, refit: &Refit, splits: &[Split], thresholds: &Thresholds) -> Option<bool> {
-    let comparisons = splits.iter().filter_map(|s| Comparison::new(plain, &refit.fit, s, thresholds));
-    let scores: Vec<f64> = comparisons.filter(|c| c.informative).map(|c| c.score).collect();
-    (!scores.is_empty()).then(|| scores.iter().sum::<f64>() > 0.0)
+fn accepted(held_out: &[Comparison]) -> Option<bool> {
+    (!held_out.is_empty()).then(|| held_out.iter().map(|c| c.score).sum::<f64>() > 0.0)
 }

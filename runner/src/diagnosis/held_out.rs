@@ -4,6 +4,7 @@
 //! parameters on `delta` and `u` standard normal, the errors that points share. Fitting some points and predicting the
 //! others is then algebra, and errors common to both are carried over as they are.
 
+use crate::inference::effect::{Candidate, Scope};
 use crate::inference::fit::Fit;
 use crate::noise::Observation;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -17,6 +18,15 @@ pub struct Split {
     pub fitted: Vec<usize>,
     /// Predicted points.
     pub predicted: Vec<usize>,
+    /// Whether whole tests are predicted.
+    pub is_of_tests: bool,
+}
+
+impl Split {
+    /// Whether it can say anything of these effects: what differs between tests is not learned without one of them.
+    pub fn can_tell(&self, members: &[usize], candidates: &[Candidate]) -> bool {
+        !self.is_of_tests || members.iter().all(|k| candidates[*k].effect.scope == Scope::Shared)
+    }
 }
 
 /// Every test predicted from the others, and late cycles from early ones.
@@ -25,22 +35,23 @@ pub fn splits(observations: &[Observation]) -> Vec<Split> {
     for (test, o) in observations.iter().enumerate() {
         labels.extend(o.cycle.iter().map(|&cycle| (test, cycle)));
     }
-    let split = |name: String, is_predicted: &dyn Fn(usize, usize) -> bool| {
+    let split = |name: String, is_of_tests: bool, is_predicted: &dyn Fn(usize, usize) -> bool| {
         let chosen = |wanted: bool| {
             (0..labels.len()).filter(|&i| is_predicted(labels[i].0, labels[i].1) == wanted).collect()
         };
-        Split { name, fitted: chosen(false), predicted: chosen(true) }
+        Split { name, fitted: chosen(false), predicted: chosen(true), is_of_tests }
     };
     let mut all = Vec::new();
     if observations.len() > 1 {
         for (test, o) in observations.iter().enumerate() {
-            all.push(split(format!("{} predicted from the rest", o.name()), &|t, _| t == test));
+            all.push(split(format!("{} predicted from the rest", o.name()), true, &|t, _| t == test));
         }
     }
     let cycles = observations.iter().map(|o| o.cycles.len()).min().unwrap_or(0);
     if cycles > 1 {
         let early = cycles.div_ceil(2);
-        all.push(split(format!("cycles after {early} predicted from those before"), &|_, c| c >= early));
+        let name = format!("cycles after {early} predicted from those before");
+        all.push(split(name, false, &|_, c| c >= early));
     }
     all
 }
@@ -77,10 +88,7 @@ impl Predictor {
         let mut normal = DMatrix::zeros(all.ncols(), all.ncols());
         let mut shift = DVector::zeros(all.ncols());
         for j in 0..all.ncols() {
-            let (precision, mean) = match j < variables {
-                true => (fit.prior.deviation[j].powi(-2), fit.prior.mean[j] - fit.solution.x[j]),
-                false => (1.0, 0.0),
-            };
+            let (precision, mean) = fit.known_before(j);
             normal[(j, j)] = precision;
             shift[j] = precision * mean;
         }
@@ -138,13 +146,4 @@ fn scaled_rows(matrix: &DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
         row *= *factor;
     }
     scaled
-}
-
-/// Systematic part of prediction errors (mN): root of the mean square beyond what noise gives; 0 where it is below.
-pub fn gap_mn(error_mn: &DVector<f64>, deviation_mn: &DVector<f64>, points: &[usize]) -> f64 {
-    if points.is_empty() {
-        return 0.0;
-    }
-    let beyond: f64 = points.iter().map(|&i| error_mn[i].powi(2) - deviation_mn[i].powi(2)).sum();
-    (beyond / points.len() as f64).max(0.0).sqrt()
 }

@@ -8,7 +8,7 @@
 //! 5 screening/    which effects would look like that after a refit
 //! 6 confirming    refits with the effects, evidence against each other and against something else
 //! 7 held_out      does an effect that is chosen without some data predict them (nested)
-//! 8 shrinkage     how much of the gap it removes
+//! 8 shrinkage     how much of the gap it removes: how far predictions are from the force that true_force draws
 //! 9 experiments   what to measure to tell the remaining candidates apart; leftover: what a gap looks like that nothing explains
 //! ```
 
@@ -37,6 +37,7 @@ pub mod summary;
 #[cfg(test)]
 mod tests;
 pub mod thresholds;
+mod true_force;
 pub mod verdict;
 #[cfg(test)]
 mod verdict_tests;

@@ -84,7 +84,7 @@ mod tests {
         );
         let chosen = |fitted: std::ops::Range<usize>| {
             let predicted = (0..2 * HALF).filter(|i| !fitted.contains(i)).collect();
-            let split = Split { name: String::new(), fitted: fitted.collect(), predicted };
+            let split = Split { name: String::new(), fitted: fitted.collect(), predicted, is_of_tests: true };
             chosen_without(&refits, &candidates, &split, &Thresholds::default()).unwrap().members[0]
         };
         assert_eq!([chosen(0..HALF), chosen(HALF..2 * HALF), chosen(0..2 * HALF)], [0, 1, 1]);

@@ -186,7 +186,7 @@ fn held_out(d: &Diagnosis) -> Markup {
             }
         }
         @if !d.held_out.is_empty() {
-            p.caption { "Gap: root mean square of measured minus predicted beyond what noise gives. Undefined where the measurements do not make the predictions with the effect twenty times as likely as those without." }
+            p.caption { "Gap: root mean square distance of the prediction from the force without its noise, as all of the data tell it. Undefined where the measurements do not make the predictions with the effect twenty times as likely as those without." }
         }
     }
 }

@@ -20,8 +20,9 @@ use crate::inference::{Linearised, Setup, Signature};
 use crate::noise::{Covariance, form_errors};
 use std::collections::VecDeque;
 
-/// Effects that a quick diagnosis refits.
+/// Effects of different looks that a quick diagnosis refits, and those that look like the best of them.
 const QUICK: usize = 4;
+const QUICK_ALIKE: usize = 2;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
@@ -56,6 +57,15 @@ struct Beginning<'a> {
     x: &'a [f64],
     /// chi^2 of the plain model there.
     chi_square: f64,
+}
+
+/// Where an effect's refit may begin, the best place first.
+type Beginnings<'a> = Vec<Beginning<'a>>;
+
+/// An effect that looks like another one, which is refitted before.
+struct Alike<'a> {
+    beginnings: Beginnings<'a>,
+    other: usize,
 }
 
 /// A second effect, and what would do as well in its place.
@@ -97,10 +107,14 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
         let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
-        for beginnings in self.beginnings(shown)? {
-            let mut beginnings = VecDeque::from(beginnings);
-            if let Some(refit) = self.begin(&mut beginnings, say)? {
-                found.push((refit, beginnings));
+        let (first, alike) = self.by_looks(self.beginnings(shown)?, shown);
+        for beginnings in first {
+            found.extend(self.begin(beginnings, say)?);
+        }
+        let best = found.iter().max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
+        if let Some(leader) = best.map(|(refit, _)| refit.members[0]) {
+            for like_it in alike.into_iter().filter(|a| a.other == leader).take(QUICK_ALIKE) {
+                found.extend(self.begin(like_it.beginnings, say)?);
             }
         }
         self.begin_elsewhere(&mut found, say)?;
@@ -129,7 +143,7 @@ impl Search<'_> {
     /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain
     /// fit that misses much has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain
     /// better; at the other starts nothing is imitated, but what is promised there is farther from the truth.
-    fn beginnings(&self, shown: &[&Screened]) -> Result<Vec<Vec<Beginning<'_>>>, DiagnosisError> {
+    fn beginnings(&self, shown: &[&Screened]) -> Result<Vec<Beginnings<'_>>, DiagnosisError> {
         let missed = excess(self.plain);
         let promise = |s: &Screened, signature: &Signature, linear: &Linearised| {
             let promise = self.promise(s.candidate, signature, linear);
@@ -161,27 +175,49 @@ impl Search<'_> {
         // Stable: of equal ranks that at the plain fit comes first.
         let mut ranked: Vec<Beginning> = points.concat();
         ranked.sort_by_key(|beginning| beginning.rank);
-        let mut all: Vec<Vec<Beginning>> = Vec::new();
+        let mut all: Vec<Beginnings> = Vec::new();
         for beginning in ranked {
-            let same = |b: &&mut Vec<Beginning>| b[0].promise.candidate == beginning.promise.candidate;
+            let same = |b: &&mut Beginnings| b[0].promise.candidate == beginning.promise.candidate;
             match all.iter_mut().find(same) {
                 Some(beginnings) => beginnings.push(beginning),
                 None => all.push(vec![beginning]),
             }
         }
-        if self.quick {
-            all.truncate(QUICK);
-        }
         Ok(all)
     }
 
-    /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,
-    /// from the plain fit with hardly any of the effect.
-    fn begin(
+    /// What is refitted first, and the others each with the effect of these that it looks like. All that is not quick is refitted first;
+    /// of what looks the same one stands for all, so that it does not take the place of another cause.
+    fn by_looks<'b>(
         &self,
-        beginnings: &mut VecDeque<Beginning>,
+        all: Vec<Beginnings<'b>>,
+        shown: &[&Screened],
+    ) -> (Vec<Beginnings<'b>>, Vec<Alike<'b>>) {
+        if !self.quick {
+            return (all, vec![]);
+        }
+        let signature = |k: usize| shown.iter().find(|s| s.candidate == k).map(|s| &s.signature);
+        let looks_like = |a: usize, b: usize| matches!((signature(a), signature(b)), (Some(a), Some(b)) if a.looks_like(b));
+        let (mut first, mut others): (Vec<Beginnings>, _) = (vec![], vec![]);
+        for beginnings in all {
+            let own = beginnings[0].promise.candidate;
+            match first.iter().map(|b| b[0].promise.candidate).find(|k| looks_like(*k, own)) {
+                Some(other) => others.push(Alike { beginnings, other }),
+                None if first.len() < QUICK => first.push(beginnings),
+                None => {}
+            }
+        }
+        (first, others)
+    }
+
+    /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,
+    /// from the plain fit with hardly any of the effect. With it the starts that are left.
+    fn begin<'b>(
+        &self,
+        beginnings: Beginnings<'b>,
         say: &mut dyn FnMut(String),
-    ) -> Result<Option<Refit>, DiagnosisError> {
+    ) -> Result<Option<(Refit, VecDeque<Beginning<'b>>)>, DiagnosisError> {
+        let mut beginnings = VecDeque::from(beginnings);
         let mut best: Option<Refit> = None;
         let mut expected = None;
         let better = |best: &Option<Refit>, found: &Refit| best.as_ref().is_none_or(|b| b.gain < found.gain);
@@ -199,7 +235,7 @@ impl Search<'_> {
             let last = self.refit(&hardly_any, self.plain.x(), Depth::Competing, say)?;
             best = last.filter(|found| better(&best, found)).or(best);
         }
-        Ok(best)
+        Ok(best.map(|refit| (refit, beginnings)))
     }
 
     /// A refit with one effect.

@@ -1,21 +1,20 @@
-//! How much of the gap an effect removes from data that were not fitted, with an interval from a parametric
-//! bootstrap of the linearised models; undefined where the plain model has no significant gap.
+//! How much of the gap an effect removes from data that were not fitted, with an interval; undefined where the plain model has no
+//! significant gap.
 //!
 //! Significant is what gives the predictions with the effect twenty times the probability density of those without: where the plain
 //! model is true the mean of this ratio is 1, so that it passes 20 in one of 20 cases at most (Markov).
 //!
-//! What is drawn is the distance of both predictions from the force without noise, the model with the effect taken to be true. Nature's
-//! form of the effect is not the catalogue's, which no such draw knows; what was found does. The interval covers both: where the draws
-//! lie, and as wide a range around what was found.
+//! Both predictions are known, and so is what was measured; the gap is the distance from the force without its noise, which
+//! `true_force.rs` draws.
 
-use super::held_out::{Predictor, Split, gap_mn};
+use super::held_out::{Predictor, Split};
 use super::thresholds::Thresholds;
 use crate::data::random::Random;
 use crate::inference::fit::Fit;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Expected distance of the predictions from the force before and after (mN), and the part of it that went.
+/// Distance of the predictions from the force before and after (mN), and the part of it that went: the medians of what is likely.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shrinkage {
     /// Gap of the plain model (mN).
@@ -28,8 +27,8 @@ pub struct Shrinkage {
     pub interval: Option<(f64, f64)>,
 }
 
-/// Draws of the bootstrap.
-const DRAWS: usize = 400;
+/// Draws of the noise.
+pub const DRAWS: usize = 400;
 /// Seed of the draws.
 const SEED: u64 = 17;
 /// Share of the draws left out at each end.
@@ -61,8 +60,10 @@ impl Side {
         self.predictor.log_score(&self.error_mn, points)
     }
 
-    fn systematic_mn(&self, points: &[usize]) -> f64 {
-        gap_mn(&self.error_mn, &self.predictor.deviation_mn, points)
+    /// Root mean square distance from the true force (mN) at some of the predicted points, for this noise (mN, all points).
+    fn distance_mn(&self, noise_mn: &DVector<f64>, points: &[usize]) -> f64 {
+        let at = |&i: &usize| self.error_mn[i] - noise_mn[self.predictor.points()[i]];
+        (points.iter().map(|i| at(i).powi(2)).sum::<f64>() / points.len().max(1) as f64).sqrt()
     }
 }
 
@@ -76,10 +77,6 @@ pub struct Comparison {
     pub informative: bool,
     significant: f64,
 }
-
-/// Distances of the plain model's and the extended one's predictions of simulated measurements from their force without noise, where
-/// the extended one is true (mN, predicted points).
-pub type Draws = Vec<[DVector<f64>; 2]>;
 
 impl Comparison {
     /// `None` where a model cannot be fitted to the split.
@@ -124,38 +121,47 @@ impl Comparison {
         self.distances_mn([&(missed + noise_mn), noise_mn], noise_mn)
     }
 
-    /// Simulated measurements.
-    pub fn draws(&self) -> Draws {
-        let noises: Vec<_> = self.noise_mn().take(DRAWS).collect();
-        noises.par_iter().map(|noise| self.linear_distances_mn(noise)).collect()
-    }
-
-    /// Over some of the predicted points, given by their places among them.
-    pub fn shrinkage(&self, points: &[usize], draws: &Draws) -> Shrinkage {
-        // What the prediction itself does not know of the force is no part of what went, and no part of what was explained.
-        let spread =
-            draws.iter().map(|[_, after]| points.iter().map(|&i| after[i].powi(2)).sum::<f64>()).sum::<f64>()
-                / (draws.len().max(1) * points.len().max(1)) as f64;
-        let expected = |systematic_mn: f64| (systematic_mn.powi(2) + spread).sqrt();
-        let before_mn = expected(self.plain.systematic_mn(points));
-        let after_mn = expected(self.extended.systematic_mn(points));
+    /// Over some of the predicted points, given by their places among them; `noises_mn` are draws of measured minus true force (mN,
+    /// all points).
+    pub fn shrinkage(&self, points: &[usize], noises_mn: &[DVector<f64>]) -> Shrinkage {
+        let (mut before, mut after, mut parts) = (vec![], vec![], vec![]);
+        for noise_mn in noises_mn {
+            let distances = [&self.plain, &self.extended].map(|side| side.distance_mn(noise_mn, points));
+            before.push(distances[0]);
+            after.push(distances[1]);
+            parts.extend(part_removed(distances[0], distances[1]));
+        }
+        for all in [&mut before, &mut after, &mut parts] {
+            all.sort_by(f64::total_cmp);
+        }
         // The score of all points is known.
         let ratio = match points.len() == self.plain.predictor.points().len() {
             true => self.score,
             false => self.extended.log_score(points) - self.plain.log_score(points),
         };
-        let value = part_removed(before_mn, after_mn).filter(|_| ratio > -2.0 * self.significant.ln());
-        let interval = value.and_then(|value| {
-            let norm =
-                |distance: &DVector<f64>| points.iter().map(|&i| distance[i].powi(2)).sum::<f64>().sqrt();
-            let one = |[before, after]: &[DVector<f64>; 2]| part_removed(norm(before), norm(after));
-            let mut parts: Vec<f64> = draws.iter().filter_map(one).collect();
-            parts.sort_by(f64::total_cmp);
-            let at = |part: f64| percentile(&parts, part);
-            let (low, middle, high) = (at(TAIL)?, at(0.5)?, at(1.0 - TAIL)?);
-            Some((low.min(value + low - middle), high.max(value + high - middle).min(1.0)))
-        });
-        Shrinkage { before_mn, after_mn, value, interval }
+        let is_significant = ratio > -2.0 * self.significant.ln();
+        let part = |share: f64| percentile(&parts, share).filter(|_| is_significant);
+        Shrinkage {
+            before_mn: percentile(&before, 0.5).unwrap_or(0.0),
+            after_mn: percentile(&after, 0.5).unwrap_or(0.0),
+            value: part(0.5),
+            interval: part(TAIL).zip(part(1.0 - TAIL)),
+        }
+    }
+
+    /// Whether somebody who measured again would find the prediction with the effect nearer to the force, in 19 of 20 cases; `None`
+    /// where the plain model has no significant gap.
+    pub fn is_surely_nearer(&self) -> Option<bool> {
+        if self.score <= -2.0 * self.significant.ln() {
+            return None;
+        }
+        let is_nearer = |noise: &DVector<f64>| {
+            let [before, after] = self.linear_distances_mn(noise);
+            after.norm_squared() < before.norm_squared()
+        };
+        let noises: Vec<_> = self.noise_mn().take(DRAWS).collect();
+        let nearer = noises.par_iter().filter(|noise| is_nearer(noise)).count();
+        Some(nearer as f64 > (1.0 - TAIL) * DRAWS as f64)
     }
 }
 
@@ -173,6 +179,7 @@ pub fn percentile(sorted: &[f64], part: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::true_force::TrueForce;
     use crate::fit::{Prior, Solution};
     use crate::inference::Linearised;
     use crate::noise::Covariance;
@@ -206,7 +213,7 @@ mod tests {
         let truth = DVector::from_fn(POINTS, |i, _| 2.0 + effect * time(i));
         let measured = truth.map(|f| f + DEVIATION * random.normal());
         let (fitted_points, predicted) = ((0..POINTS / 2).collect(), (POINTS / 2..POINTS).collect());
-        let split = Split { name: String::new(), fitted: fitted_points, predicted };
+        let split = Split { name: String::new(), fitted: fitted_points, predicted, is_of_tests: true };
         let c = Comparison::new(
             &fitted(&measured, false),
             &fitted(&measured, true),
@@ -224,7 +231,8 @@ mod tests {
         };
         let true_one = 1.0 - (distance(true) / distance(false)).sqrt();
         let points: Vec<usize> = (0..POINTS / 2).collect();
-        (c.shrinkage(&points, &c.draws()), true_one)
+        let noises = TrueForce::new(&fitted(&measured, true), vec![]).unwrap().noise_mn(DRAWS);
+        (c.shrinkage(&points, &noises), true_one)
     }
 
     #[test]

@@ -6,8 +6,9 @@ use super::location::{Pattern, Spot};
 use super::nested::chosen_without;
 use super::result::*;
 use super::screening::Screened;
-use super::shrinkage::Comparison;
+use super::shrinkage::{Comparison, DRAWS};
 use super::simple_rules::simple_rules;
+use super::true_force::TrueForce;
 use super::wording;
 use crate::data::Phase;
 use crate::inference::FitParameter;
@@ -15,8 +16,9 @@ use crate::inference::Setup;
 use crate::inference::effect::is_continuous;
 use crate::inference::wording::list;
 use crate::inspection::Inspection;
-use crate::noise::Observation;
 use crate::noise::observation::left_out;
+use crate::noise::{Observation, form_errors};
+use nalgebra::DVector;
 
 /// What is told beside the findings.
 pub struct About<'a> {
@@ -239,18 +241,19 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let mut total: Option<ShrinkageSummary> = None;
     let measured: Vec<f64> = f.observations.iter().flat_map(Observation::force_mn).collect();
     let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.phases.iter().copied()).collect();
+    let noises_mn = draws_of_noise_mn(f, refit);
     for split in &f.splits {
         let chosen = chosen_without(&f.round.refits, &f.candidates, split, &f.thresholds).unwrap_or(refit);
         let Some(c) = Comparison::new(&f.round.plain, &chosen.fit, split, &f.thresholds) else { continue };
+        let informative = c.informative && split.can_tell(&chosen.members, &f.candidates);
         let chosen: Vec<String> = chosen.members.iter().map(|k| f.candidates[*k].name.clone()).collect();
-        let draws = c.draws();
         let mut parts = Vec::new();
         for phase in std::iter::once(None).chain(Phase::ALL.map(Some)) {
             let points = part(&phases, &split.predicted, phase);
             if points.is_empty() {
                 continue;
             }
-            let s = c.shrinkage(&points, &draws);
+            let s = c.shrinkage(&points, &noises_mn);
             parts.push(PartGap {
                 part: phase.map_or("total", Phase::name).to_owned(),
                 before_mn: s.before_mn,
@@ -262,7 +265,7 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
             let size = |value: Option<f64>, before_mn: f64| (value.is_some(), before_mn);
             let larger =
                 total.as_ref().is_none_or(|t| size(s.value, s.before_mn) > size(t.value, t.before_mn));
-            if phase.is_none() && c.informative && larger {
+            if phase.is_none() && informative && larger {
                 total = Some(ShrinkageSummary {
                     of: split.name.clone(),
                     chosen: chosen.clone(),
@@ -276,10 +279,23 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
                 });
             }
         }
-        let (score, informative) = (c.score, c.informative);
-        all.push(HeldOut { split: split.name.clone(), chosen, score, informative, parts });
+        all.push(HeldOut { split: split.name.clone(), chosen, score: c.score, informative, parts });
     }
     (all, total)
+}
+
+/// Draws of measured minus true force (mN, all points), where the effects are what was found.
+fn draws_of_noise_mn(f: &Findings, refit: &Refit) -> Vec<DVector<f64>> {
+    let fit = &refit.fit;
+    let magnitudes = refit.members.iter().filter(|k| is_continuous(&f.candidates[**k]));
+    let columns = fit.jacobian_mn.columns_range(fit.parameters..);
+    let changes = magnitudes.zip(columns.column_iter()).zip(fit.magnitudes());
+    // A number has no other form.
+    let laws = changes.filter(|((k, _), _)| !f.candidates[**k].effect.is_a_number);
+    let form = laws.flat_map(|((_, column), magnitude)| {
+        form_errors(&f.observations, &(column * *magnitude), f.thresholds.form)
+    });
+    TrueForce::new(fit, form.collect()).map_or_else(Vec::new, |force| force.noise_mn(DRAWS))
 }
 
 fn warnings(f: &Findings) -> Vec<String> {
@@ -311,7 +327,7 @@ fn curves(f: &Findings) -> Vec<CurvePair> {
     let mut all = Vec::new();
     for o in &f.observations {
         let (n, measured_mn) = (o.len(), o.force_mn());
-        let model = |gap: &nalgebra::DVector<f64>| -> Vec<f64> {
+        let model = |gap: &DVector<f64>| -> Vec<f64> {
             measured_mn.iter().enumerate().map(|(i, m)| m - gap[before + i]).collect()
         };
         all.push(CurvePair {

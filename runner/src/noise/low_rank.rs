@@ -18,17 +18,25 @@ pub struct Common {
     pub relative: bool,
     /// Degrees of freedom that its size was estimated with; infinite where it is known.
     pub degrees: f64,
+    /// Whether it is an error of the model, and no part of what was measured beside the force.
+    pub of_model: bool,
 }
 
 impl Common {
     /// An error of known size that is no part of the force.
     pub fn additive(name: String, shape_mn: DVector<f64>) -> Self {
-        Self { name, shape_mn, relative: false, degrees: f64::INFINITY }
+        Self { name, shape_mn, relative: false, degrees: f64::INFINITY, of_model: false }
     }
 
     /// An error of known size in proportion to the force.
     pub fn proportional(name: String, shape_mn: DVector<f64>) -> Self {
-        Self { name, shape_mn, relative: true, degrees: f64::INFINITY }
+        Self { relative: true, ..Self::additive(name, shape_mn) }
+    }
+
+    /// The same as an error of the model.
+    #[must_use]
+    pub fn of_the_model(self) -> Self {
+        Self { of_model: true, ..self }
     }
 }
 

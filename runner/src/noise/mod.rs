@@ -153,7 +153,7 @@ fn heights(observations: &[Observation], references: &[DVector<f64>], same: bool
         let mut own = shape_mn.rows_mut(before, force.len());
         own += force;
         let name = format!("height of the specimens of {}", observation.name());
-        common.push(Common { name, shape_mn: shape_mn * relative, relative: true, degrees });
+        common.push(Common { degrees, ..Common::proportional(name, shape_mn * relative) });
         before += observation.len();
     }
     common.into_iter().filter(known).collect()
@@ -173,7 +173,7 @@ fn shared_height(observations: &[Observation], force_mn: &DVector<f64>, same: bo
     };
     let name = "height of the specimens".to_owned();
     let shape_mn = force_mn * square.sqrt();
-    (square > 0.0).then_some(Common { name, shape_mn, relative: true, degrees })
+    (square > 0.0).then(|| Common { degrees, ..Common::proportional(name, shape_mn) })
 }
 
 /// Specimens that were tested twice differ a little in how much: the scatter of the ratio of their factors.
@@ -187,7 +187,8 @@ fn between_tests(observations: &[Observation], references: &[DVector<f64>], tota
         let scatter = crate::data::measurement::standard_deviation(&ratios);
         let shape_mn = force * (scatter / n.sqrt());
         let name = format!("height of {} against {} on the same specimens", other.name(), first.name());
-        common.push(embed(Common { name, shape_mn, relative: true, degrees: n - 1.0 }, before, total));
+        let height = Common { degrees: n - 1.0, ..Common::proportional(name, shape_mn) };
+        common.push(embed(height, before, total));
         before += other.len();
     }
     common

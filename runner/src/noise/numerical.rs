@@ -66,7 +66,7 @@ const FIRST_S: f64 = 1e-2;
 /// The error of the simulation: independent errors after each kink, as parts of the computed force (mN).
 pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
     errors_after_kinks(observation, force_mn, RELATIVE, "simulation")
-        .map(|c| Common::proportional(c.name, c.shape_mn))
+        .map(|c| Common { relative: true, ..c })
         .collect()
 }
 
@@ -100,7 +100,7 @@ pub fn errors_after_kinks(
 ) -> impl Iterator<Item = Common> {
     let error = move |name: String, shape: DVector<f64>, share: f64| {
         let name = format!("{what} of {}, {name}", observation.name());
-        Common::additive(name, shape.component_mul(curve_mn) * (share * part))
+        Common::additive(name, shape.component_mul(curve_mn) * (share * part)).of_the_model()
     };
     let own = if observation.cycles.len() > 1 { OWN } else { 0.0 };
     let hats = hats_after_kinks(observation);
@@ -177,5 +177,5 @@ pub fn timing(observation: &Observation, force_mn: &DVector<f64>) -> Option<Comm
 /// The difference that a refinement makes, as an error of that size. `None` where it makes none.
 pub fn refinement(name: &str, coarse_mn: &[f64], fine_mn: &[f64]) -> Option<Common> {
     let shape_mn = DVector::from_iterator(coarse_mn.len(), fine_mn.iter().zip(coarse_mn).map(|(f, c)| f - c));
-    (shape_mn.amax() > 0.0).then(|| Common::proportional(name.to_owned(), shape_mn))
+    (shape_mn.amax() > 0.0).then(|| Common::proportional(name.to_owned(), shape_mn).of_the_model())
 }

@@ -212,12 +212,9 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
     for (j, row) in coefficients.row_iter().enumerate() {
         let variance = row.norm_squared() / (n as f64 - 1.0);
         if is_beyond(variance, white, n as f64 - 1.0) {
-            common.push(Common {
-                name: format!("shapes of the specimens of {}, part {}", observation.name(), j + 1),
-                shape_mn: q.column(j) * ((variance - white * white) / n as f64).sqrt(),
-                relative: false,
-                degrees: n as f64 - 1.0,
-            });
+            let name = format!("shapes of the specimens of {}, part {}", observation.name(), j + 1);
+            let shape_mn = q.column(j) * ((variance - white * white) / n as f64).sqrt();
+            common.push(Common { degrees: n as f64 - 1.0, ..Common::additive(name, shape_mn) });
         }
     }
     if is_beyond(rest_square, white, degrees) {
