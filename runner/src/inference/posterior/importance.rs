@@ -2,7 +2,7 @@
 
 use super::pareto::smoothed;
 use super::straightened::Straightened;
-use super::{Density, Method, PosteriorError, Sample, SamplePlan, is_within};
+use super::{Density, Method, PosteriorError, Sample, SamplePlan};
 use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -19,7 +19,7 @@ pub fn sample(
 ) -> Result<(Sample, DVector<f64>), PosteriorError> {
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
     let chi_squared = ChiSquared::new(DEGREES).map_err(|e| PosteriorError::Sampler(e.to_string()))?;
-    let (n, bounds) = (to.len(), density.bounds());
+    let (n, (lower, upper)) = (to.len(), density.bounds());
     let mut points = Vec::with_capacity(plan.proposals);
     let mut proposal = Vec::with_capacity(plan.proposals);
     let mut straight = Vec::with_capacity(plan.proposals);
@@ -30,7 +30,9 @@ pub fn sample(
         points.push(to.x(&z));
         straight.push(z);
     }
-    let inside: Vec<usize> = (0..points.len()).filter(|&i| is_within(&points[i], &bounds)).collect();
+    let is_inside =
+        |x: &[f64]| x.iter().zip(lower.iter().zip(&upper)).all(|(x, (l, u))| (l..=u).contains(&x));
+    let inside: Vec<usize> = (0..points.len()).filter(|&i| is_inside(&points[i])).collect();
     let asked: Vec<Vec<f64>> = inside.iter().map(|&i| points[i].clone()).collect();
     let mut logarithms = vec![f64::NEG_INFINITY; points.len()];
     for (i, value) in inside.iter().zip(density.logarithms(&asked)?) {

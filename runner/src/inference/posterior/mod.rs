@@ -97,7 +97,7 @@ pub struct Sample {
     pub k_hat: f64,
     /// Independent draws that these are worth.
     pub effective: f64,
-    /// Trajectories of NUTS that failed, or left the bounds.
+    /// Trajectories of NUTS that failed.
     pub divergent: usize,
 }
 
@@ -128,9 +128,4 @@ pub fn sample(
     }
     let found = nuts::sample(density, &to, &heaviest, plan)?;
     Ok(Sample { k_hat: weighed.k_hat, ..found })
-}
-
-/// Whether a point lies within bounds, lower and upper.
-fn is_within(x: &[f64], (lower, upper): &(Vec<f64>, Vec<f64>)) -> bool {
-    x.iter().zip(lower.iter().zip(upper)).all(|(x, (l, u))| (l..=u).contains(&x))
 }

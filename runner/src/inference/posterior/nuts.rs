@@ -1,8 +1,8 @@
-//! The No-U-Turn sampler (Hoffman and Gelman 2014) by the crate `nuts-rs`, in straightened variables. Beyond the bounds, as where the model
-//! fails, a trajectory ends.
+//! The No-U-Turn sampler (Hoffman and Gelman 2014) by the crate `nuts-rs`, in straightened variables. Beyond a bound lies the mirror image of
+//! what is within it, so that trajectories are reflected there.
 
 use super::straightened::Straightened;
-use super::{Density, Method, PosteriorError, Sample, SamplePlan, is_within};
+use super::{Density, Method, PosteriorError, Sample, SamplePlan};
 use crate::fit::EvaluationFailure;
 use nalgebra::DVector;
 use nuts_rs::{Chain, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings};
@@ -17,8 +17,8 @@ const DEEPEST: u64 = 6;
 /// Where the density is not to be had.
 #[derive(Debug, Error)]
 enum Unavailable {
-    /// The model fails there, or the bounds are left: the trajectory ends.
-    #[error("beyond the bounds, or the model fails")]
+    /// The model fails there: the trajectory ends.
+    #[error("the model fails")]
     Fails,
     /// The user asked to stop.
     #[error("{0}")]
@@ -55,12 +55,10 @@ impl CpuLogpFunc for Whitened<'_> {
 
     fn logp(&mut self, z: &[f64], gradient: &mut [f64]) -> Result<f64, Unavailable> {
         let z = DVector::from_column_slice(z);
-        let x = self.to.x(&z);
-        if !is_within(&x, &self.bounds) {
-            return Err(Unavailable::Fails);
-        }
-        let (value, slope) =
+        let (x, directions) = self.to.mirrored(&z, &self.bounds);
+        let (value, mut slope) =
             self.density.with_gradient(&x).map_err(Unavailable::Stops)?.ok_or(Unavailable::Fails)?;
+        slope.iter_mut().zip(directions).for_each(|(slope, direction)| *slope *= direction);
         gradient.copy_from_slice(self.to.gradient(&z, &slope).as_slice());
         if value.is_finite() { Ok(value) } else { Err(Unavailable::Fails) }
     }
@@ -69,7 +67,7 @@ impl CpuLogpFunc for Whitened<'_> {
     where
         R: nuts_rs::rand::Rng + ?Sized,
     {
-        Ok(self.to.x(&DVector::from_column_slice(position)))
+        Ok(self.to.mirrored(&DVector::from_column_slice(position), &self.bounds).0)
     }
 }
 
@@ -82,7 +80,7 @@ pub fn sample(
 ) -> Result<Sample, PosteriorError> {
     let wrong = |e: &dyn std::fmt::Display| PosteriorError::Sampler(e.to_string());
     let bounds = density.bounds();
-    let whitened = Whitened { density, bounds, to };
+    let whitened = Whitened { density, bounds: bounds.clone(), to };
     let settings = DiagNutsSettings {
         num_tune: plan.tuning as u64,
         num_draws: plan.draws as u64,
@@ -96,7 +94,7 @@ pub fn sample(
     for k in 0..plan.tuning + plan.draws {
         let (z, progress) = chain.draw().map_err(|e| wrong(&e))?;
         if k >= plan.tuning {
-            draws.push(to.x(&DVector::from_column_slice(&z)));
+            draws.push(to.mirrored(&DVector::from_column_slice(&z), &bounds).0);
             divergent += usize::from(progress.diverging);
         }
     }

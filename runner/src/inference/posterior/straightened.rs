@@ -59,6 +59,17 @@ impl Straightened {
         (&self.mode + &self.root * y).as_slice().to_vec()
     }
 
+    /// The point within bounds (lower, upper) whose image in the mirrors that stand there this is, and the sign of each of its
+    /// variables' change.
+    pub fn mirrored(&self, z: &DVector<f64>, (lower, upper): &(Vec<f64>, Vec<f64>)) -> (Vec<f64>, Vec<f64>) {
+        let fold = |(x, (l, u)): (f64, (&f64, &f64))| {
+            let width = u - l;
+            let beyond = (x - l).rem_euclid(2.0 * width);
+            if beyond <= width { (l + beyond, 1.0) } else { (u + width - beyond, -1.0) }
+        };
+        self.x(z).into_iter().zip(lower.iter().zip(upper)).map(fold).unzip()
+    }
+
     /// The gradient by z of what has this gradient by x.
     pub fn gradient(&self, z: &DVector<f64>, by_x: &[f64]) -> DVector<f64> {
         let by_y = self.root.tr_mul(&DVector::from_column_slice(by_x));
@@ -85,6 +96,10 @@ mod tests {
             (x[0] - 1.5 * (x[1] - 5.0).powi(2)).abs() < 1e-9 && ((x[1] - 5.0).abs() - 1.4).abs() < 1e-9,
             "{x:?}"
         );
+        // Beyond a bound lies the image of what is within it.
+        let (within, signs) =
+            to.mirrored(&DVector::from_row_slice(&[0.0, 0.0]), &(vec![1.0, -2.0], vec![11.0, 3.0]));
+        assert_eq!((within, signs), (vec![2.0, 1.0], vec![-1.0, -1.0]));
         // The gradient is that of differences, for a function with the gradient (1, 2).
         let z = DVector::from_row_slice(&[0.4, -1.1]);
         let gradient = to.gradient(&z, &[1.0, 2.0]);
