@@ -24,6 +24,7 @@ pub mod leftover;
 pub mod location;
 mod nested;
 pub mod page;
+mod pairs;
 pub mod parity;
 pub mod published;
 pub mod result;

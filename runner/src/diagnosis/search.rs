@@ -10,14 +10,14 @@
 
 use super::confirming::{Refit, excess, refit, start_magnitudes};
 use super::diagnose::{DiagnosisError, linear_evidence};
-use super::screening::{Screened, Screening};
+use super::screening::Screened;
 use super::something_else::SomethingElse;
 use super::thresholds::Thresholds;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::Candidate;
-use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH, Tangent, chi_square, linearised};
+use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH, Tangent, chi_square};
 use crate::inference::{Linearised, Setup, Signature};
-use crate::noise::{Covariance, form_errors};
+use crate::noise::Covariance;
 use std::collections::VecDeque;
 
 /// Effects of different looks that a quick diagnosis refits, and those that look like the best of them.
@@ -33,17 +33,17 @@ const GENTLER_TIMES: usize = 3;
 
 /// What an effect would do for a fit, by its signature.
 #[derive(Clone, Copy)]
-struct Promise {
-    candidate: usize,
-    magnitude: f64,
+pub(super) struct Promise {
+    pub candidate: usize,
+    pub magnitude: f64,
     /// Fall of chi^2.
-    gain: f64,
+    pub gain: f64,
     /// Twice the logarithm of the evidence.
-    evidence: f64,
+    pub evidence: f64,
 }
 
 impl Promise {
-    fn expected(&self) -> (usize, f64) {
+    pub fn expected(&self) -> (usize, f64) {
         (self.candidate, self.magnitude)
     }
 }
@@ -66,12 +66,6 @@ type Beginnings<'a> = Vec<Beginning<'a>>;
 struct Alike<'a> {
     beginnings: Beginnings<'a>,
     other: usize,
-}
-
-/// A second effect, and what would do as well in its place.
-struct Partner {
-    promise: Promise,
-    alternatives: Vec<usize>,
 }
 
 /// What all refits share.
@@ -287,23 +281,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// A single effect together with what its rest shows, where it shows something.
-    fn pair(
-        &self,
-        single: &Refit,
-        shown: &[&Screened],
-        say: &mut dyn FnMut(String),
-    ) -> Result<Option<Refit>, DiagnosisError> {
-        let Some(Partner { promise, alternatives }) = self.partner(single, shown)? else { return Ok(None) };
-        let own = single.fit.magnitudes().first().copied().unwrap_or(1.0);
-        let both = [(single.members[0], own), promise.expected()];
-        let members = self.gentle(single.fit.x(), &both, single.fit.solution.chi_square)?;
-        let pair = self.refit(&members, single.fit.x(), Depth::Minimum, say)?;
-        Ok(pair.map(|pair| Refit { alternatives, ..pair }))
-    }
-
     /// What a signature promises around the linearised model that it belongs to.
-    fn promise(&self, candidate: usize, signature: &Signature, linear: &Linearised) -> Promise {
+    pub(super) fn promise(&self, candidate: usize, signature: &Signature, linear: &Linearised) -> Promise {
         let rest = &linear.residual;
         Promise {
             candidate,
@@ -313,48 +292,9 @@ impl Search<'_> {
         }
     }
 
-    /// What the rest of a single effect shows best, beyond what the effect's form may leave.
-    fn partner(&self, single: &Refit, shown: &[&Screened]) -> Result<Option<Partner>, EvaluationFailure> {
-        let (fit, first) = (&single.fit, single.members[0]);
-        let Some(alone) = shown.iter().find(|s| s.candidate == first) else { return Ok(None) };
-        // A switch has no magnitude that was fitted.
-        let (magnitude, change_mn) = match fit.magnitudes() {
-            [] => (1.0, alone.change_mn.clone()),
-            [magnitude, ..] => (*magnitude, fit.jacobian_mn.column(fit.parameters) * *magnitude),
-        };
-        // What is a number and no law has no other form.
-        let form = if self.candidates[first].effect.is_a_number { 0.0 } else { self.thresholds.form };
-        let covariance = fit.covariance.with(form_errors(self.setup.observations, &change_mn, form));
-        let linear = linearised(&fit.jacobian_mn, &fit.gap_mn, &covariance, &fit.prior, &fit.solution.x);
-        let family = |k: usize| &self.candidates[k].effect.family;
-        let others = shown.iter().filter(|s| family(s.candidate) != family(first));
-        let screening = Screening {
-            setup: self.setup,
-            candidates: self.candidates,
-            x: fit.x(),
-            present: &[(&self.candidates[first], magnitude)],
-            fit: &linear,
-            whitening: &covariance,
-        };
-        let (screened, _) = screening.screen(others.map(|s| s.candidate))?;
-        let mut in_rest: Vec<_> = screened
-            .iter()
-            .map(|s| (self.promise(s.candidate, &s.signature, &linear), &s.signature))
-            .filter(|(promise, _)| promise.evidence > self.thresholds.second)
-            .collect();
-        in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));
-        let mut in_rest = in_rest.into_iter();
-        let Some((promise, signature)) = in_rest.next() else { return Ok(None) };
-        let as_good = |(p, s): &(Promise, &Signature)| {
-            signature.looks_like(s) && promise.gain - p.gain < self.thresholds.decisive
-        };
-        let alternatives = in_rest.filter(as_good).map(|(p, _)| p.candidate).collect();
-        Ok(Some(Partner { promise, alternatives }))
-    }
-
     /// The last of these effects at such a magnitude that the data are met no worse than without it (`before`): a signature is linear, and
     /// what it asks for may be far beyond.
-    fn gentle(
+    pub(super) fn gentle(
         &self,
         x: &[f64],
         members: &[(usize, f64)],
@@ -376,7 +316,7 @@ impl Search<'_> {
     }
 
     /// `None` where the model cannot be computed with these effects: that is no competitor.
-    fn refit(
+    pub(super) fn refit(
         &self,
         members: &[(usize, f64)],
         from: &[f64],
