@@ -51,49 +51,65 @@ pub fn noise_at(
     // With derivatives where the fit begins with the same runs.
     let derivatives = !rough::applies(setup) && ForceProblem::new(setup, &[]).exact_columns() > 0;
     let runs = setup.submit(x, &[], derivatives, Priority::Urgent);
-    let (reference, refined) = match Setup::computable_forces_mn(&runs)? {
-        Some(forces) if with_refinement && weights.uncertainty != Uncertainty::None => {
-            let refined = refined(setup, x, &forces)?;
+    let is_refined = with_refinement && weights.uncertainty != Uncertainty::None;
+    // All at once: they keep two cores busy.
+    let others = is_refined.then(|| Refined::begin(setup, x));
+    let (reference, refined) = match (Setup::computable_forces_mn(&runs)?, others) {
+        (Some(forces), Some(others)) => {
+            let refined = others.differences(&forces)?;
             (forces, refined)
         }
-        Some(forces) => (forces, vec![]),
-        None => (setup.measured_mn(), vec![]),
+        (Some(forces), None) => (forces, vec![]),
+        (None, _) => (setup.measured_mn(), vec![]),
     };
     Ok(noise_model(setup.observations, &reference, refined, weights)?)
 }
 
-/// Differences that the neighbouring mesh and finer steps make at `x`, where the force is `plain` (mN); none for an FMU without such
-/// parameters. A run that fails adds nothing.
-fn refined(setup: Setup, x: &[f64], plain: &[f64]) -> Result<Vec<Common>, EvaluationFailure> {
-    let values = setup.unknowns.settings(x);
-    let submit = |values: &BTreeMap<String, f64>| -> Vec<Run> {
-        let start = |o: &Observation| setup.engine.submit(&job(o, values), Priority::Urgent);
-        setup.observations.iter().map(start).collect()
-    };
-    let (preset, tolerance) = (setup.value(&values, PRESET), setup.value(&values, TOLERANCE));
-    // To the next coarser mesh the force changes as much as to the next finer one (0.25 and 0.2 % of the peak for the standard mesh),
-    // at a sixth of the cost.
-    let neighbour = preset.map(|preset| {
-        let other = if preset > COARSEST { preset - 1.0 } else { preset + 1.0 };
-        let mut values = values.clone();
-        values.insert(PRESET.to_owned(), other);
-        values
-    });
-    // What steps leave depends little on the mesh: the coarser one tells it.
-    let is_coarser = preset.is_some_and(|preset| preset > COARSEST);
-    let cheaper = neighbour.as_ref().filter(|_| is_coarser).unwrap_or(&values);
-    let tighter = tolerance.map(|tolerance| {
-        let mut values = cheaper.clone();
-        values.insert(TOLERANCE.to_owned(), tolerance * TIGHTER);
-        values
-    });
-    // All at once: they keep two cores busy.
-    let (neighbour, tighter) = (neighbour.as_ref().map(submit), tighter.as_ref().map(submit));
-    let forces = |runs: Option<Vec<Run>>| runs.map_or(Ok(None), |runs| Setup::computable_forces_mn(&runs));
-    let (neighbour, tighter) = (forces(neighbour)?, forces(tighter)?);
-    let with_steps = if is_coarser { neighbour.as_deref() } else { Some(plain) };
-    let mesh = neighbour.as_deref().and_then(|other| refinement("simulation: mesh", plain, other));
-    let steps = with_steps.zip(tighter.as_deref());
-    let steps = steps.and_then(|(coarse, fine)| refinement("simulation: time steps", coarse, fine));
-    Ok(mesh.into_iter().chain(steps).collect())
+/// Runs with the neighbouring mesh, and with finer steps; none for an FMU without such parameters.
+struct Refined {
+    neighbour: Option<Vec<Run>>,
+    tighter: Option<Vec<Run>>,
+    /// Whether the finer steps are the neighbouring mesh's.
+    is_coarser: bool,
+}
+
+impl Refined {
+    /// Starts the runs at `x`.
+    fn begin(setup: Setup, x: &[f64]) -> Self {
+        let values = setup.unknowns.settings(x);
+        let submit = |values: &BTreeMap<String, f64>| -> Vec<Run> {
+            let start = |o: &Observation| setup.engine.submit(&job(o, values), Priority::Urgent);
+            setup.observations.iter().map(start).collect()
+        };
+        let (preset, tolerance) = (setup.value(&values, PRESET), setup.value(&values, TOLERANCE));
+        // To the next coarser mesh the force changes as much as to the next finer one (0.25 and 0.2 % of the peak for the standard mesh),
+        // at a sixth of the cost.
+        let neighbour = preset.map(|preset| {
+            let other = if preset > COARSEST { preset - 1.0 } else { preset + 1.0 };
+            let mut values = values.clone();
+            values.insert(PRESET.to_owned(), other);
+            values
+        });
+        // What steps leave depends little on the mesh: the coarser one tells it.
+        let is_coarser = preset.is_some_and(|preset| preset > COARSEST);
+        let cheaper = neighbour.as_ref().filter(|_| is_coarser).unwrap_or(&values);
+        let tighter = tolerance.map(|tolerance| {
+            let mut values = cheaper.clone();
+            values.insert(TOLERANCE.to_owned(), tolerance * TIGHTER);
+            values
+        });
+        Self { neighbour: neighbour.as_ref().map(submit), tighter: tighter.as_ref().map(submit), is_coarser }
+    }
+
+    /// What they change, where the force is `plain` (mN). A run that fails adds nothing.
+    fn differences(self, plain: &[f64]) -> Result<Vec<Common>, EvaluationFailure> {
+        let forces =
+            |runs: Option<Vec<Run>>| runs.map_or(Ok(None), |runs| Setup::computable_forces_mn(&runs));
+        let (neighbour, tighter) = (forces(self.neighbour)?, forces(self.tighter)?);
+        let with_steps = if self.is_coarser { neighbour.as_deref() } else { Some(plain) };
+        let mesh = neighbour.as_deref().and_then(|other| refinement("simulation: mesh", plain, other));
+        let steps = with_steps.zip(tighter.as_deref());
+        let steps = steps.and_then(|(coarse, fine)| refinement("simulation: time steps", coarse, fine));
+        Ok(mesh.into_iter().chain(steps).collect())
+    }
 }
