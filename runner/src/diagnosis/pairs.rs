@@ -12,6 +12,8 @@ use crate::noise::form_errors;
 /// Second effects of different looks that are refitted with the best one.
 const QUICK_PARTNERS: usize = 2;
 const PARTNERS: usize = 4;
+/// A signature is not linear, but what promises less than this part of the largest gain is not the one that gains most.
+const PROMISING: f64 = 0.5;
 /// A second effect, and what would do as well in its place.
 struct Partner {
     promise: Promise,
@@ -72,6 +74,7 @@ impl Search<'_> {
             .filter(|(promise, _)| promise.evidence > self.thresholds.second)
             .collect();
         in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));
+        let least = PROMISING * in_rest.first().map_or(0.0, |(best, _)| best.gain);
         let most = if self.quick { QUICK_PARTNERS } else { PARTNERS };
         let mut found: Vec<(Partner, &Signature)> = vec![];
         for (promise, signature) in in_rest {
@@ -79,7 +82,7 @@ impl Search<'_> {
                 Some(k) if found[k].0.promise.gain - promise.gain < self.thresholds.decisive => {
                     found[k].0.alternatives.push(promise.candidate);
                 }
-                None if found.len() < most => {
+                None if found.len() < most && promise.gain >= least => {
                     found.push((Partner { promise, alternatives: vec![] }, signature));
                 }
                 _ => {}
