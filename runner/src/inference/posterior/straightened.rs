@@ -36,12 +36,8 @@ impl Straightened {
         let mut bends = DMatrix::zeros(n, n);
         for bend in peak.bends {
             let along = directions.tr_mul(&bend.deviation.normalize());
-            let (Some(k), Some(curvature)) =
-                (along.iter().position(|c| c.abs() > PARALLEL), bend.curvature())
-            else {
-                continue;
-            };
-            let across = directions.tr_mul(&curvature);
+            let Some(k) = along.iter().position(|c| c.abs() > PARALLEL) else { continue };
+            let across = directions.tr_mul(&bend.curvature());
             (k + 1..n).for_each(|j| bends[(j, k)] = across[j] / sizes[j]);
         }
         let root = directions * DMatrix::from_diagonal(&DVector::from_vec(sizes));

@@ -12,12 +12,23 @@ pub struct Bend {
 }
 
 impl Bend {
-    /// `c` of the floor `z d + c z^2 / 2`, `d` one deviation along the direction, by least squares; `None` of no points.
-    pub fn curvature(&self) -> Option<DVector<f64>> {
-        let square: f64 = self.floor.iter().map(|(z, _)| 0.25 * z.powi(4)).sum();
-        let beside = self.floor.iter().map(|(z, by)| (by - &self.deviation * *z) * (0.5 * z * z));
-        let sum = beside.reduce(|sum, one| sum + one)?;
-        (square > 0.0).then(|| sum / square)
+    /// `c` of the floor `z d + c z^2 / 2`, `d` one deviation along the direction.
+    pub fn curvature(&self) -> DVector<f64> {
+        DVector::from_fn(self.deviation.len(), |i, _| {
+            self.second_derivative(self.deviation[i], &|by| Some(by[i]))
+        })
+    }
+
+    /// `h` of a quantity `g z + h z^2 / 2`, by least squares beside its slope `g` at the optimum, which is known; 0 of no points.
+    fn second_derivative(&self, slope: f64, moved: &dyn Fn(&DVector<f64>) -> Option<f64>) -> f64 {
+        let (mut product, mut square) = (0.0, 0.0);
+        for (z, by) in &self.floor {
+            let Some(change) = moved(by) else { continue };
+            let weight = 0.5 * z * z;
+            product += weight * (change - slope * z);
+            square += weight * weight;
+        }
+        if square > 0.0 { product / square } else { 0.0 }
     }
 
     /// What it does to a quantity's mean, and adds to its variance, `moved(by)` being the change from the optimum: of `g z + h z^2 / 2`, z
@@ -27,16 +38,7 @@ impl Bend {
         gradient: &DVector<f64>,
         moved: &dyn Fn(&DVector<f64>) -> Option<f64>,
     ) -> (f64, f64) {
-        let slope = gradient.dot(&self.deviation);
-        // By least squares beside the slope at the optimum, which is known.
-        let (mut product, mut square) = (0.0, 0.0);
-        for (z, by) in &self.floor {
-            let Some(change) = moved(by) else { continue };
-            let weight = 0.5 * z * z;
-            product += weight * (change - slope * z);
-            square += weight * weight;
-        }
-        let curvature = if square > 0.0 { product / square } else { 0.0 };
+        let curvature = self.second_derivative(gradient.dot(&self.deviation), moved);
         (0.5 * curvature, 0.5 * curvature * curvature)
     }
 }
