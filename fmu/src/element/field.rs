@@ -73,7 +73,7 @@ impl Body<'_> {
             }
             for (k, weight) in volumetric_lagrange(*xi).into_iter().enumerate() {
                 let point = Point::at(&geometry.elements[*element].volumetric[k], &x_e).ok_or(failed)?;
-                let (tau_vol, _) = material.volumetric_stress(point.jacobian).ok_or(failed)?;
+                let (tau_vol, _) = material.volumetric_stress(point.dilatation).ok_or(failed)?;
                 sigma[0] += weight * tau_vol / point.jacobian;
             }
             let point = Point::at(place, &x_e).ok_or(failed)?;

@@ -36,6 +36,8 @@ pub struct Point<T = f64> {
     pub f: DeformationGradient<T>,
     /// J.
     pub jacobian: T,
+    /// J - 1, without the rounding of J.
+    pub dilatation: T,
     /// Spatial gradients of the displacement functions (1/m).
     pub gradient: [[T; 2]; NODES],
     /// `N_a / r`, the hoop strain of a unit radial displacement (1/m).
@@ -53,18 +55,21 @@ impl<T: Real> Point<T> {
     #[inline(always)]
     pub fn at(geometry: &PointGeometry<T>, x: &[T; UNKNOWNS]) -> Option<Self> {
         let zero = geometry.radius.constant(0.0);
-        let one = geometry.radius.constant(1.0);
-        let (mut plane, mut u_r) = ([[one, zero], [zero, one]], zero);
+        let (mut h, mut u_r) = ([[zero; 2]; 2], zero);
         for a in 0..NODES {
             let g = geometry.gradient[a];
             for d in 0..2 {
-                plane[0][d] = x[2 * a].mul_add(g[d], plane[0][d]);
-                plane[1][d] = x[2 * a + 1].mul_add(g[d], plane[1][d]);
+                h[0][d] = x[2 * a].mul_add(g[d], h[0][d]);
+                h[1][d] = x[2 * a + 1].mul_add(g[d], h[1][d]);
             }
             u_r = x[2 * a].mul_add(geometry.n[a], u_r);
         }
-        let f = DeformationGradient { plane, hoop: u_r / geometry.radius + 1.0 };
-        let jacobian = f.determinant();
+        let hoop = u_r / geometry.radius;
+        let plane = [[h[0][0] + 1.0, h[0][1]], [h[1][0], h[1][1] + 1.0]];
+        let f = DeformationGradient { plane, hoop: hoop + 1.0 };
+        let in_plane = h[0][0] + h[1][1] + (h[0][0] * h[1][1] - h[0][1] * h[1][0]);
+        let dilatation = in_plane.mul_add(f.hoop, hoop);
+        let jacobian = dilatation + 1.0;
         if !(jacobian.all_greater(zero) && f.hoop.all_greater(zero)) {
             return None;
         }
@@ -87,6 +92,7 @@ impl<T: Real> Point<T> {
         Some(Self {
             f,
             jacobian,
+            dilatation,
             gradient: each(&geometry.gradient, push),
             hoop: each(&geometry.n, closure!(|n: T| n * inverse_radius)),
             pressure_gradient,
@@ -148,12 +154,12 @@ pub fn evaluate<G, T: Real>(
 
         let scaled = closure!(|v: Voigt<T>| each(&v, closure!(|v: T| v * w)));
         momentum(&point, (&scaled(tau), &each(&c, scaled)), symmetric, system);
-        mass(&point, &place, material, j - old.jacobian[k], dt, system);
+        mass(&point, &place, material, point.dilatation - (old.jacobian[k] - 1.0), dt, system);
     }
     for place in &geometry.volumetric {
         let place = place.load(load);
         let point = Point::at(&place, x)?;
-        let (tau, stiffness) = material.volumetric_stress(point.jacobian)?;
+        let (tau, stiffness) = material.volumetric_stress(point.dilatation)?;
         volumetric(&point, (place.measure * tau, place.measure * stiffness), symmetric, system);
     }
     if symmetric {

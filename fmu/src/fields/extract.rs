@@ -135,8 +135,8 @@ fn evaluate(
         volume += place.measure;
     }
     for (values, place) in volumetric.iter_mut().zip(&places.volumetric) {
-        let j = Point::at(place, x)?.jacobian;
-        *values = [j, material.volumetric_stress(j)?.0 / j];
+        let Point { jacobian: j, dilatation, .. } = Point::at(place, x)?;
+        *values = [j, material.volumetric_stress(dilatation)?.0 / j];
     }
     Some(ElementValues { gauss, volumetric, pressure: pressure / volume, volume })
 }

@@ -64,7 +64,7 @@ impl PointMaterial {
     /// Changes of the volumetric Kirchhoff stress (Pa) by the magnitudes that have any.
     #[inline(always)]
     pub fn volumetric_by_magnitude<T: Real>(&self, j: T) -> [(Magnitude, T); 2] {
-        let (tau, _) = self.volumetric.stress(j);
+        let (tau, _) = self.volumetric.stress(j - 1.0);
         [(Magnitude::Amplitude, tau), (Magnitude::GrowthRate, tau * self.time())]
     }
 
@@ -144,7 +144,7 @@ mod tests {
                     material.update(&F, &HISTORY, DT, REACH, &mut updated).unwrap();
                     let stress = material.elasticity(&F, &HISTORY, DT).unwrap().kirchhoff_stress;
                     let (mobility, _) = material.darcy.referential_mobility(0.9);
-                    (stress, [material.volumetric.stress(0.9).0], [mobility], updated.concat())
+                    (stress, [material.volumetric.stress(-0.1).0], [mobility], updated.concat())
                 };
                 let (up, down) = (at(h), at(-h));
                 let slopes = |up: &[f64], down: &[f64]| -> Vec<f64> {

@@ -204,8 +204,9 @@ impl PointMaterial {
 
     /// Volumetric Kirchhoff stress and `J d tau / dJ` (Pa) (Eq. 10); `None` at compaction.
     #[inline(always)]
-    pub fn volumetric_stress<T: Real>(&self, j: T) -> Option<(T, T)> {
-        if j.all_greater(j.constant(self.n0s)) { Some(self.volumetric.stress(j)) } else { None }
+    pub fn volumetric_stress<T: Real>(&self, dilatation: T) -> Option<(T, T)> {
+        let compact = dilatation.constant(self.n0s - 1.0);
+        if dilatation.all_greater(compact) { Some(self.volumetric.stress(dilatation)) } else { None }
     }
 
     /// Advances the history over a converged step and returns the energies at its end.

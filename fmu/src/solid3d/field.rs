@@ -79,7 +79,7 @@ impl SolidBody<'_> {
                 geometry.cells[cell].volumetric.iter().zip(&*VOLUMETRIC_POINTS).enumerate()
             {
                 let j = Point::at(place, shape, &x_c).ok_or(failed)?.jacobian;
-                volumetric[k] = material.volumetric_stress(j).ok_or(failed)?.0 / j;
+                volumetric[k] = material.volumetric_stress(j - 1.0).ok_or(failed)?.0 / j;
             }
             for FacePoint { shape, geometry: place, .. } in face {
                 let mut sigma = [0.0; 3];

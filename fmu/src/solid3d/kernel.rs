@@ -149,7 +149,7 @@ pub fn evaluate(
     }
     for (place, shape) in geometry.volumetric.iter().zip(&*VOLUMETRIC_POINTS) {
         let point = Point::at(place, shape, x)?;
-        let (tau, stiffness) = material.volumetric_stress(point.jacobian)?;
+        let (tau, stiffness) = material.volumetric_stress(point.jacobian - 1.0)?;
         let (tau, c) = isotropic(tau, stiffness);
         arch.dispatch(Add { point: &point, shape, w: place.measure, tau: &tau, c: &c, flow: None, sums });
     }

@@ -106,8 +106,8 @@ impl SolidMaterial {
 
     /// Volumetric Kirchhoff stress and `J d tau / dJ` (Pa) (Eq. 10); `None` at compaction.
     #[inline]
-    pub fn volumetric_stress(&self, j: f64) -> Option<(f64, f64)> {
-        (j > self.n0s).then(|| self.volumetric.stress(j))
+    pub fn volumetric_stress(&self, dilatation: f64) -> Option<(f64, f64)> {
+        (dilatation > self.n0s - 1.0).then(|| self.volumetric.stress(dilatation))
     }
 
     /// Advances the history over a converged step and returns the energies at its end; `reach` as in
