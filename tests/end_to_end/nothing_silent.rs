@@ -312,3 +312,17 @@ fn a_batch_keeps_the_parameters_and_its_names_apart() {
     succeed(&arguments);
     assert!(out.join("0001.csv").exists() && !out.join("0040.csv").exists());
 }
+
+/// A protocol by its corners is followed as it is: the same force as from the built-in one.
+#[test]
+fn a_protocol_of_corners_is_no_noisy_recording() {
+    let d = directory();
+    let peak = |protocol: &str, out: &str| {
+        let out = d.path().join(out);
+        succeed(&["simulate", protocol, "--mesh", "coarse", "--out", text(&out)]);
+        column(&out, "force_mN").into_iter().fold(0.0, f64::max)
+    };
+    let (from_file, built_in) =
+        (peak(text(&repository("data/protocols/P2.csv")), "a.csv"), peak("P2", "b.csv"));
+    assert!(built_in > 10.0 && (from_file / built_in - 1.0).abs() < 1e-3, "{from_file} {built_in}");
+}

@@ -5,8 +5,8 @@
 //! their noise become one piece (Ramer, Douglas, Peucker); kinks are put where the lines through two pieces meet, which is between
 //! two samples as a rule; and the levels of all kinks follow by least squares.
 
-use super::estimate::Quartiles;
 use super::measurement::Measurement;
+use super::motion::{distances_to_neighbours, path_noise_of, reach_of};
 use poropunch::motion::protocol::{Protocol, ProtocolError};
 
 /// Samples closer to a line than this part of the largest excursion lie on it.
@@ -50,7 +50,7 @@ fn reduced(points: &[Point]) -> Vec<Point> {
     if points.len() < 3 {
         return points.to_vec();
     }
-    let reach = points.iter().fold(0.0_f64, |r, p| r.max(p.1.abs()));
+    let reach = reach_of(points);
     let mut tolerance = tolerances(points, RELATIVE_TOLERANCE * reach);
     let mut found = corners(points, |i| tolerance[i]);
     while tolerance.iter().copied().fold(f64::INFINITY, f64::min) < LARGEST_TOLERANCE * reach {
@@ -76,25 +76,17 @@ fn reduced(points: &[Point]) -> Vec<Point> {
 
 /// How far from a line each sample may lie (m): noise from its neighbours, rounding, and at least `least`.
 fn tolerances(points: &[Point], least: f64) -> Vec<f64> {
-    const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_2;
     let mut levels: Vec<f64> = points.iter().map(|p| p.1).collect();
     levels.sort_by(f64::total_cmp);
     let rounding = levels.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     let rounding = if rounding < LARGEST_TOLERANCE * levels[levels.len() - 1].abs() { rounding } else { 0.0 };
-    let distance = |w: &[Point]| {
-        let b = (w[1].0 - w[0].0) / (w[2].0 - w[0].0);
-        let a = 1.0 - b;
-        (w[1].1 - a * w[0].1 - b * w[2].1).abs() / (1.0 + a * a + b * b).sqrt()
-    };
-    let distances: Vec<f64> = points.windows(3).map(distance).collect();
+    let (distances, reach) = (distances_to_neighbours(points), reach_of(points));
     // Everywhere at least what most samples have: so few neighbours do not tell the noise better than that.
-    let usual = Quartiles::of(&distances).filter(|_| distances.len() >= NEAR).map_or(0.0, |q| q.median);
+    let usual = path_noise_of(&distances, NEAR, reach);
     let near = |i: usize| {
         let around =
             &distances[i.saturating_sub(NEAR + 1).min(distances.len() - 1)..(i + NEAR).min(distances.len())];
-        // Of a few samples most are kinks.
-        let enough = Some(around).filter(|a| a.len() >= NEAR).and_then(Quartiles::of);
-        DEVIATION_OVER_MEDIAN * enough.map_or(0.0, |q| q.median.max(usual))
+        if around.len() < NEAR { 0.0 } else { path_noise_of(around, NEAR, reach).max(usual) }
     };
     (0..points.len()).map(|i| (NOISE_REACH * near(i) + rounding).max(least)).collect()
 }
@@ -262,6 +254,15 @@ mod tests {
         let corners = reduced(&sampled(&times));
         assert_eq!(corners.len(), 3, "{corners:?}");
         assert!((corners[1].0 - 0.6875).abs() < 1e-4 && (corners[1].1 - 1e-3).abs() < 5e-8, "{corners:?}");
+    }
+
+    /// Corners are no noise, however many: six cycles have 37.
+    #[test]
+    fn a_path_of_corners_is_taken_as_it_is() {
+        for protocol in [Trapezoid::p1(), Trapezoid::p2()] {
+            let points = protocol.protocol().unwrap().points().to_vec();
+            assert_eq!(reduced(&points), points);
+        }
     }
 
     #[test]

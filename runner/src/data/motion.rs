@@ -16,6 +16,10 @@ const NOISE_REACH: f64 = 5.0;
 /// ... or within this part of the depth.
 const LEAST_TOLERANCE: f64 = 2e-3;
 
+/// Of fewer samples most are kinks.
+const ENOUGH: usize = 20;
+/// Neighbours that differ by more than this part of the largest displacement are kinks: no stage is that noisy.
+const LARGEST_NOISE: f64 = 0.02;
 /// So many samples of a rest tell its level beside a stroke: an actuator may creep over a long rest.
 const NEAR: usize = 25;
 
@@ -106,27 +110,45 @@ impl Line {
     }
 }
 
-/// Standard deviation of the noise of samples of a smooth curve: how far each sample is from the line between
-/// its neighbours. A median, so that kinks do not count.
-pub fn sample_noise(points: &[(f64, f64)]) -> f64 {
-    const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_2;
+/// Distance of each sample, but the first and the last, from the line between its neighbours, over the standard deviation
+/// that it has for noise of unit deviation.
+pub(super) fn distances_to_neighbours(points: &[(f64, f64)]) -> Vec<f64> {
     let distance = |w: &[(f64, f64)]| {
         let b = (w[1].0 - w[0].0) / (w[2].0 - w[0].0);
         let a = 1.0 - b;
         (w[1].1 - a * w[0].1 - b * w[2].1).abs() / (1.0 + a * a + b * b).sqrt()
     };
-    let distances: Vec<f64> = points.windows(3).map(distance).collect();
-    // Of a few samples most are kinks.
-    if distances.len() < 20 {
-        return 0.0;
-    }
-    Quartiles::of(&distances).map_or(0.0, |q| DEVIATION_OVER_MEDIAN * q.median)
+    points.windows(3).map(distance).collect()
+}
+
+/// Standard deviation of the noise that makes these [`distances_to_neighbours`], of at least `enough` samples. A median, so that
+/// kinks do not count.
+fn noise_of(distances: &[f64], enough: usize) -> f64 {
+    const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_2;
+    let usual = Quartiles::of(distances).filter(|_| distances.len() >= enough);
+    usual.map_or(0.0, |q| DEVIATION_OVER_MEDIAN * q.median)
+}
+
+/// The same of a path (m): where most samples are kinks, as in one given by its corners, there is none.
+pub(super) fn path_noise_of(distances: &[f64], enough: usize, reach_m: f64) -> f64 {
+    Some(noise_of(distances, enough)).filter(|noise| *noise <= LARGEST_NOISE * reach_m).unwrap_or(0.0)
+}
+
+/// Largest displacement of a path (m).
+pub(super) fn reach_of(path: &[(f64, f64)]) -> f64 {
+    path.iter().fold(0.0_f64, |r, p| r.max(p.1.abs()))
+}
+
+/// Standard deviation of the noise of samples of a smooth curve: how far each sample is from the line between
+/// its neighbours.
+pub fn sample_noise(points: &[(f64, f64)]) -> f64 {
+    noise_of(&distances_to_neighbours(points), ENOUGH)
 }
 
 /// Strokes of a displacement history.
 pub fn motion(time_s: &[f64], displacement_m: &[f64]) -> Motion {
     let points: Vec<(f64, f64)> = time_s.iter().copied().zip(displacement_m.iter().copied()).collect();
-    let noise_m = sample_noise(&points);
+    let noise_m = path_noise_of(&distances_to_neighbours(&points), ENOUGH, reach_of(&points));
     if points.len() < 2 {
         return Motion { noise_m, strokes: vec![] };
     }
