@@ -9,6 +9,7 @@
 use super::fit::{Fit, FitFailure, Found, SearchPlan, options, problem, search, search_to};
 use super::problem::ForceProblem;
 use super::setup::Setup;
+use super::start::{Face, Known};
 use super::unknowns::Unknowns;
 use crate::fit::{EvaluationFailure, IterationRecord, Options, Solution, StopReason, Whitening, minimise};
 use crate::noise::Covariance;
@@ -18,6 +19,10 @@ use std::ops::ControlFlow;
 
 const ROUGH: [(&str, f64); 3] =
     [("mesh.preset", 1.0), ("solver.tolerance", 1e-2), ("solver.newton_tolerance", 1e-6)];
+/// Rougher under a sphere or a cone, where the contact's nodes close one after the other, each by iterations of its own: elements
+/// twice the coarsest mesh's and first step, both over the radius of the shank.
+const ROUGH_TIP: [(&str, f64); 2] = [("mesh.edge_size", 1.0 / 8.0), ("solver.initial_increment", 0.05)];
+const ROUGH_TIP_RESIDUAL: (&str, f64) = ("solver.newton_tolerance", 1e-5);
 /// The corrected model foresees the other one where their squared difference is less than this part of the number of points, in units
 /// of the covariance: no further correction lowers chi^2 by more than about that.
 const FORESEEN: f64 = 1e-2;
@@ -51,6 +56,20 @@ pub fn applies(setup: Setup) -> bool {
     setup.engine.is_own() && !setup.unknowns.fixed().iter().any(is_chosen)
 }
 
+/// The unknowns of the rough model.
+fn rough_unknowns(setup: Setup) -> Unknowns {
+    let at_start = setup.unknowns.settings(setup.unknowns.start());
+    let known = Known::of(&|name| setup.value(&at_start, name));
+    let unknowns = setup.unknowns.clone().with_fixed(&ROUGH);
+    match known.map(|known| known.rig.face) {
+        Some(Face::Sphere { shank, .. } | Face::Cone { shank, .. }) => {
+            let lengths = ROUGH_TIP.map(|(name, part)| (name, part * shank));
+            unknowns.with_fixed(&lengths).with_fixed(&[ROUGH_TIP_RESIDUAL])
+        }
+        _ => unknowns,
+    }
+}
+
 /// [`search`] by the rough model; by runs of the model asked for alone where the rough one leads nowhere.
 ///
 /// # Errors
@@ -61,7 +80,7 @@ pub fn search_roughly(
     plan: &SearchPlan,
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Found, FitFailure> {
-    let mut twin = Twin { unknowns: setup.unknowns.clone().with_fixed(&ROUGH), offset_mn: vec![] };
+    let mut twin = Twin { unknowns: rough_unknowns(setup), offset_mn: vec![] };
     let settled = options(setup, plan.evaluations);
     let earlier = Options {
         chi_square_tolerance: EARLIER * settled.chi_square_tolerance,
