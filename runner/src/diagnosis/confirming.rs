@@ -37,6 +37,29 @@ impl Refit {
     pub fn leaves_noise(&self, significant: f64) -> bool {
         self.adequacy > significant
     }
+
+    /// The same beside another fit of the plain model than `before`.
+    #[must_use]
+    pub fn beside(self, before: &Fit, (plain, gap): (&Fit, &SomethingElse), rest: f64) -> Self {
+        Self {
+            evidence: self.evidence + before.evidence(&[]) - plain.evidence(&[]),
+            gain: plain.solution.chi_square - self.fit.misfit(),
+            leaves_little: leaves_little(&self.fit, &self.remainder, (plain, gap), rest),
+            ..self
+        }
+    }
+}
+
+/// Whether a refit leaves so small a part of the gap that it may be a matter of the effect's form. Of a gap with kinks, as a lag leaves it, a
+/// smooth error explains little: the larger measure is the gap.
+fn leaves_little(
+    fit: &Fit,
+    remainder: &SomethingElse,
+    (plain, gap): (&Fit, &SomethingElse),
+    rest: f64,
+) -> bool {
+    let whole = gap.explained.max(excess(plain));
+    [remainder.explained, excess(fit)].iter().all(|left| *left < rest * rest * whole)
 }
 
 /// Distance of a start from a bound.
@@ -59,16 +82,12 @@ pub fn refit(
     let plan = FitPlan { start, evaluations, depth };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let remainder = something_else(setup.observations, &found.linear, &found.covariance);
-    // Of a gap with kinks, as a lag leaves it, a smooth error explains little: the larger measure is the gap. A smaller part than `rest`
-    // of it is a matter of the effect's form.
-    let whole = gap.explained.max(excess(plain));
-    let is_small = |left: f64| left < thresholds.rest * thresholds.rest * whole;
     Ok(Refit {
         members: members.iter().map(|(k, _)| *k).collect(),
         alternatives: vec![],
         evidence: found.evidence(&active) - plain.evidence(&[]),
         gain: plain.solution.chi_square - found.misfit(),
-        leaves_little: is_small(remainder.explained) && is_small(excess(&found)),
+        leaves_little: leaves_little(&found, &remainder, (plain, gap), thresholds.rest),
         remainder,
         adequacy: adequacy(setup, &found),
         fit: found,

@@ -1,27 +1,25 @@
 //! The nine steps, one after the other.
 
 use super::catalogue::{LeftOut, effects};
-use super::confirming::{Refit, whole};
+use super::confirming::Refit;
 use super::experiments::{Proposal, proposals, rivals};
 use super::gap::gap_percent;
 use super::held_out::{Split, splits};
 use super::leftover::{Leftover, leftover};
-use super::location::{Spot, spots};
 use super::result::Kind;
-use super::screening::{Failed, Family, Screened, Screening};
-use super::search::Search;
+use super::round::{Asked, Round, linear_evidence};
+use super::screening::Screened;
 use super::shrinkage::Comparison;
 use super::size::Size;
-use super::something_else::{SomethingElse, something_else};
 use super::thresholds::Thresholds;
+use super::true_force::draws_of_noise_mn;
 use super::verdict::{Decision, Evidence, decide};
 use crate::engine::Engine;
-use crate::fit::{EvaluationFailure, FitError, IterationRecord};
+use crate::fit::{EvaluationFailure, FitError};
 use crate::inference::Setup;
-use crate::inference::Signature;
 use crate::inference::Unknowns;
-use crate::inference::effect::{Candidate, Effect, is_continuous};
-use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, ROUGH, fit};
+use crate::inference::effect::{Candidate, Effect};
+use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH};
 use crate::inference::{NoiseFailure, noise_at};
 use crate::noise::ObservationError;
 use crate::noise::{NoiseModel, Observation, Weights};
@@ -155,7 +153,7 @@ pub fn diagnose(
         if again.foreseen() < lower {
             let again = asked.plain(again.x(), Depth::Minimum, say)?;
             if again.solution.chi_square < lower {
-                round = asked.round(again, say)?;
+                round = asked.round_again(round, again, say)?;
             }
         }
     }
@@ -173,7 +171,11 @@ pub fn diagnose(
     let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
     let gap_percent = percent(&plain.gap_mn);
     let is_small = gap_percent < effort.matters_percent;
-    let removed = |r: &Refit| removed(&held_out(r));
+    let removed = |r: &Refit| {
+        let noises_mn = draws_of_noise_mn(r, &observations, &candidates, thresholds.form);
+        let surely = |c: &Comparison| c.surely_removes(1.0 - thresholds.rest, &noises_mn);
+        held_out(r).iter().filter_map(surely).reduce(|any, one| any || one)
+    };
     let decision = decide(&Evidence {
         thresholds,
         is_small,
@@ -215,95 +217,6 @@ const MEETS: f64 = 1.1;
 /// A plain fit with a chi^2 that is lower by this is another one: an effect would be worth as much.
 const LOWER: f64 = 1.0;
 
-/// What is asked, whatever the plain model's fit.
-struct Asked<'a> {
-    setup: Setup<'a>,
-    /// Where fits with effects start, besides the plain fit.
-    others: &'a [Vec<f64>],
-    candidates: &'a [Candidate],
-    noise: &'a NoiseModel,
-    effort: Effort,
-}
-
-/// A plain fit, and what can be said around it.
-pub struct Round {
-    /// Fit of the plain model.
-    pub plain: Fit,
-    /// Candidates with a signature, largest evidence first.
-    pub screened: Vec<Screened>,
-    /// Those that could not be computed.
-    pub failed: Vec<Failed>,
-    /// Places where it was looked for misfit.
-    pub spots: Vec<Spot>,
-    /// Whether there is a gap.
-    pub significance: Significance,
-    /// What a smooth error of any shape explains.
-    pub something_else: SomethingElse,
-    /// Models with effects.
-    pub refits: Vec<Refit>,
-}
-
-/// Whether a fit misses the data by more than noise.
-pub struct Significance {
-    /// Distribution of the largest score of all under noise.
-    pub family: Family,
-    /// Family-wise probability of the largest score.
-    pub probability: f64,
-    /// Whether chi^2 alone shows a gap.
-    pub flagrant: bool,
-}
-
-impl Asked<'_> {
-    /// Fit of the plain model.
-    fn plain(&self, start: &[f64], depth: Depth, say: &mut dyn FnMut(String)) -> Result<Fit, DiagnosisError> {
-        let plan = FitPlan { start: start.to_vec(), evaluations: self.effort.evaluations, depth };
-        let mut watch = |r: &IterationRecord| {
-            say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
-        };
-        fit(self.setup, &[], &self.noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)
-    }
-
-    /// Signatures, significance and refits around a plain fit.
-    fn round(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
-        let &Self { setup, others, candidates, noise, effort } = self;
-        let observations = setup.observations;
-        say(format!("screening {} effects", candidates.len()));
-        let (x, fit, covariance) = (plain.x(), &plain.linear, &plain.covariance);
-        let screening = Screening { setup, candidates, x, present: &[], fit, whitening: covariance };
-        let (mut screened, failed) = screening.screen(0..candidates.len())?;
-        let y = &plain.linear.residual;
-        let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, y);
-        screened.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
-        let spots = spots(observations, &plain.linear, covariance);
-        let (family, largest) = family(&screened, &spots, candidates, &plain);
-        // Noise that is not quite white raises chi^2 a little: that alone is no gap.
-        let misfit = whole(&plain);
-        let local = family.probability(largest);
-        let flagrant = misfit < effort.thresholds.flagrant;
-        let probability = if flagrant { local.min(misfit) } else { local };
-        say(format!("largest score {largest:.2}, probability under noise {probability:.4}"));
-        let something_else = something_else(observations, &plain.linear, covariance);
-        let threshold = family.threshold(effort.thresholds.significant);
-        let testable = |s: &&Screened| {
-            is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold)
-        };
-        let mut refits = Vec::new();
-        if probability <= effort.thresholds.significant {
-            let shown: Vec<&Screened> = screened.iter().filter(testable).collect();
-            let covariance = &noise.covariance;
-            let (quick, evaluations) = (effort.quick, effort.evaluations);
-            let gap = &something_else;
-            let plain = &plain;
-            let thresholds = effort.thresholds;
-            let search =
-                Search { setup, others, candidates, plain, gap, covariance, evaluations, quick, thresholds };
-            refits = search.run(&shown, say)?;
-        }
-        let significance = Significance { family, probability, flagrant };
-        Ok(Round { plain, screened, failed, spots, significance, something_else, refits })
-    }
-}
-
 /// The tests as far as the model can follow them: the whole motion, or the first loading and its hold.
 fn computable(
     engine: &Engine,
@@ -318,42 +231,6 @@ fn computable(
     }
     let shorter = |o: &Observation| o.first_hold(sample_height_m);
     Ok(observations.iter().map(shorter).collect::<Result<_, _>>()?)
-}
-
-/// Largest score of all effects and places, and its distribution under noise.
-fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain: &Fit) -> (Family, f64) {
-    let y = &plain.linear.residual;
-    let mut signatures: Vec<&Signature> = screened.iter().map(|s| &s.signature).collect();
-    let mut one_sided: Vec<bool> = screened.iter().map(|s| candidates[s.candidate].is_one_sided()).collect();
-    for s in screened {
-        signatures.extend(&s.other);
-        one_sided.resize(signatures.len(), candidates[s.candidate].is_one_sided());
-    }
-    signatures.extend(spots.iter().map(|s| &s.signature));
-    one_sided.resize(signatures.len(), false);
-    let counted = signatures.iter().zip(&one_sided).map(|(s, one)| {
-        let z = s.score(y);
-        if *one { z } else { z.abs() }
-    });
-    let largest = counted.fold(0.0, f64::max);
-    (Family::new(&signatures, &one_sided, 2), largest)
-}
-
-/// Twice the log evidence of an effect from its signature alone.
-pub fn linear_evidence(candidate: &Candidate, signature: &Signature, residual: &DVector<f64>) -> f64 {
-    // A switch, too, is given a magnitude: what is linear at the plain fit is not where the switch is on.
-    signature.evidence(residual, candidate.is_one_sided())
-}
-
-/// Largest size that a signature may ask for, over the largest that is admissible: at a finite magnitude it is not linear, and
-/// the refit keeps to what is admissible.
-const NONLINEAR: f64 = 4.0;
-
-/// Whether an effect of its plausible scale would pass the threshold in half of all cases, or one of an admissible size does.
-pub fn is_testable(candidate: &Candidate, signature: &Signature, score: f64, threshold: f64) -> bool {
-    let size = score.abs() / signature.strength();
-    let passes = candidate.one_sided(score) >= threshold && size <= NONLINEAR * candidate.effect.largest;
-    signature.strength() >= threshold || (passes && is_continuous(candidate))
 }
 
 /// Whether the signatures of two candidates point the same way.
@@ -397,12 +274,6 @@ fn comparisons(
         .filter_map(|s| Comparison::new(plain, &refit.fit, s, thresholds))
         .filter(|c| c.informative)
         .collect()
-}
-
-/// Whether the effects surely bring the prediction of some held-out data nearer to them; `None` where no split determines them, or
-/// has a gap of its own.
-fn removed(held_out: &[Comparison]) -> Option<bool> {
-    held_out.iter().filter_map(Comparison::is_surely_nearer).reduce(|any, one| any || one)
 }
 
 /// Whether held-out data accept a model: the sum over the splits that determine it.

@@ -28,6 +28,7 @@ mod pairs;
 pub mod parity;
 pub mod published;
 pub mod result;
+pub mod round;
 pub mod screening;
 pub mod search;
 pub mod shrinkage;

@@ -9,7 +9,8 @@
 //! ```
 
 use super::confirming::{Refit, excess, refit, start_magnitudes};
-use super::diagnose::{DiagnosisError, linear_evidence};
+use super::diagnose::DiagnosisError;
+use super::round::linear_evidence;
 use super::screening::Screened;
 use super::something_else::SomethingElse;
 use super::thresholds::Thresholds;

@@ -28,7 +28,7 @@ pub struct Shrinkage {
 }
 
 /// Draws of the noise.
-pub const DRAWS: usize = 400;
+const DRAWS: usize = 400;
 /// Seed of the draws.
 const SEED: u64 = 17;
 /// Share of the draws left out at each end.
@@ -149,9 +149,17 @@ impl Comparison {
         }
     }
 
+    /// Whether the effect surely takes this part of the gap of what was predicted, and would do so for somebody who measured again;
+    /// `None` where the plain model has no significant gap. `noises_mn` as in [`Self::shrinkage`].
+    pub fn surely_removes(&self, part: f64, noises_mn: &[DVector<f64>]) -> Option<bool> {
+        let all: Vec<usize> = (0..self.plain.predictor.points().len()).collect();
+        let (least, _) = self.shrinkage(&all, noises_mn).interval?;
+        Some(least >= part && self.is_surely_nearer()?)
+    }
+
     /// Whether somebody who measured again would find the prediction with the effect nearer to the force, in 19 of 20 cases; `None`
     /// where the plain model has no significant gap.
-    pub fn is_surely_nearer(&self) -> Option<bool> {
+    fn is_surely_nearer(&self) -> Option<bool> {
         if self.score <= -2.0 * self.significant.ln() {
             return None;
         }

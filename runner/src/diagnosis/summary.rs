@@ -1,14 +1,15 @@
 //! From findings to the structure that is written.
 
 use super::confirming::{Refit, adequacy};
-use super::diagnose::{Findings, is_testable, linear_evidence};
+use super::diagnose::Findings;
 use super::location::{Pattern, Spot};
 use super::nested::chosen_without;
 use super::result::*;
+use super::round::{is_testable, linear_evidence};
 use super::screening::Screened;
-use super::shrinkage::{Comparison, DRAWS};
+use super::shrinkage::Comparison;
 use super::simple_rules::simple_rules;
-use super::true_force::TrueForce;
+use super::true_force::draws_of_noise_mn;
 use super::wording;
 use crate::data::Phase;
 use crate::inference::FitParameter;
@@ -16,8 +17,8 @@ use crate::inference::Setup;
 use crate::inference::effect::is_continuous;
 use crate::inference::wording::list;
 use crate::inspection::Inspection;
+use crate::noise::Observation;
 use crate::noise::observation::left_out;
-use crate::noise::{Observation, form_errors};
 use nalgebra::DVector;
 
 /// What is told beside the findings.
@@ -241,7 +242,7 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let mut total: Option<ShrinkageSummary> = None;
     let measured: Vec<f64> = f.observations.iter().flat_map(Observation::force_mn).collect();
     let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.phases.iter().copied()).collect();
-    let noises_mn = draws_of_noise_mn(f, refit);
+    let noises_mn = draws_of_noise_mn(refit, &f.observations, &f.candidates, f.thresholds.form);
     for split in &f.splits {
         let chosen = chosen_without(&f.round.refits, &f.candidates, split, &f.thresholds).unwrap_or(refit);
         let Some(c) = Comparison::new(&f.round.plain, &chosen.fit, split, &f.thresholds) else { continue };
@@ -282,20 +283,6 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
         all.push(HeldOut { split: split.name.clone(), chosen, score: c.score, informative, parts });
     }
     (all, total)
-}
-
-/// Draws of measured minus true force (mN, all points), where the effects are what was found.
-fn draws_of_noise_mn(f: &Findings, refit: &Refit) -> Vec<DVector<f64>> {
-    let fit = &refit.fit;
-    let magnitudes = refit.members.iter().filter(|k| is_continuous(&f.candidates[**k]));
-    let columns = fit.jacobian_mn.columns_range(fit.parameters..);
-    let changes = magnitudes.zip(columns.column_iter()).zip(fit.magnitudes());
-    // A number has no other form.
-    let laws = changes.filter(|((k, _), _)| !f.candidates[**k].effect.is_a_number);
-    let form = laws.flat_map(|((_, column), magnitude)| {
-        form_errors(&f.observations, &(column * *magnitude), f.thresholds.form)
-    });
-    TrueForce::new(fit, form.collect()).map_or_else(Vec::new, |force| force.noise_mn(DRAWS))
 }
 
 fn warnings(f: &Findings) -> Vec<String> {

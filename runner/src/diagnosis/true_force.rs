@@ -4,13 +4,36 @@
 //! the errors of the measurement share what is left of the data, each as much as all points together say. What the first three have is
 //! force, the rest is noise.
 
+use super::confirming::Refit;
 use crate::data::random::Random;
+use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::Fit;
-use crate::noise::{Common, Covariance};
+use crate::noise::{Common, Covariance, Observation, form_errors};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Seed of the draws.
 const SEED: u64 = 17;
+/// Number of draws.
+const DRAWS: usize = 400;
+
+/// Draws of measured minus true force (mN, all points), where the effects of a refit are what was found, and nature's law deviates from
+/// theirs by the part `form`.
+pub fn draws_of_noise_mn(
+    refit: &Refit,
+    observations: &[Observation],
+    candidates: &[Candidate],
+    form: f64,
+) -> Vec<DVector<f64>> {
+    let fit = &refit.fit;
+    let magnitudes = refit.members.iter().filter(|k| is_continuous(&candidates[**k]));
+    let columns = fit.jacobian_mn.columns_range(fit.parameters..);
+    let changes = magnitudes.zip(columns.column_iter()).zip(fit.magnitudes());
+    // A number has no other form.
+    let laws = changes.filter(|((k, _), _)| !candidates[**k].effect.is_a_number);
+    let form =
+        laws.flat_map(|((_, column), magnitude)| form_errors(observations, &(column * *magnitude), form));
+    TrueForce::new(fit, form.collect()).map_or_else(Vec::new, |force| force.noise_mn(DRAWS))
+}
 
 /// The posterior of what the measured force has beside the true one.
 pub struct TrueForce {

@@ -1,0 +1,173 @@
+//! A fit of the plain model, and what can be said around it: signatures, significance, refits.
+
+use super::confirming::{Refit, whole};
+use super::diagnose::{DiagnosisError, Effort};
+use super::location::{Spot, spots};
+use super::screening::{Failed, Family, Screened, Screening};
+use super::search::Search;
+use super::something_else::{SomethingElse, something_else};
+use crate::fit::IterationRecord;
+use crate::inference::effect::{Candidate, is_continuous};
+use crate::inference::fit::{Depth, Fit, FitPlan, fit};
+use crate::inference::{Setup, Signature};
+use crate::noise::NoiseModel;
+use nalgebra::DVector;
+
+/// What is asked, whatever the plain model's fit.
+pub(super) struct Asked<'a> {
+    pub setup: Setup<'a>,
+    /// Where fits with effects start, besides the plain fit.
+    pub others: &'a [Vec<f64>],
+    pub candidates: &'a [Candidate],
+    pub noise: &'a NoiseModel,
+    pub effort: Effort,
+}
+
+/// A plain fit, and what can be said around it.
+pub struct Round {
+    /// Fit of the plain model.
+    pub plain: Fit,
+    /// Candidates with a signature, largest evidence first.
+    pub screened: Vec<Screened>,
+    /// Those that could not be computed.
+    pub failed: Vec<Failed>,
+    /// Places where it was looked for misfit.
+    pub spots: Vec<Spot>,
+    /// Whether there is a gap.
+    pub significance: Significance,
+    /// What a smooth error of any shape explains.
+    pub something_else: SomethingElse,
+    /// Models with effects.
+    pub refits: Vec<Refit>,
+}
+
+/// Whether a fit misses the data by more than noise.
+pub struct Significance {
+    /// Distribution of the largest score of all under noise.
+    pub family: Family,
+    /// Family-wise probability of the largest score.
+    pub probability: f64,
+    /// Whether chi^2 alone shows a gap.
+    pub flagrant: bool,
+}
+
+impl Asked<'_> {
+    /// Fit of the plain model.
+    pub fn plain(
+        &self,
+        start: &[f64],
+        depth: Depth,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Fit, DiagnosisError> {
+        let plan = FitPlan { start: start.to_vec(), evaluations: self.effort.evaluations, depth };
+        let mut watch = |r: &IterationRecord| {
+            say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
+        };
+        fit(self.setup, &[], &self.noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)
+    }
+
+    /// Signatures, significance and refits around a plain fit.
+    pub fn round(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
+        let mut round = self.look(plain, say)?;
+        if round.significance.probability <= self.effort.thresholds.significant {
+            let &Self {
+                setup,
+                others,
+                candidates,
+                noise,
+                effort: Effort { quick, evaluations, thresholds, .. },
+            } = self;
+            let y = &round.plain.linear.residual;
+            let threshold = round.significance.family.threshold(thresholds.significant);
+            let testable = |s: &&Screened| {
+                is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold)
+            };
+            let shown: Vec<&Screened> = round.screened.iter().filter(testable).collect();
+            let (plain, gap, covariance) = (&round.plain, &round.something_else, &noise.covariance);
+            let search =
+                Search { setup, others, candidates, plain, gap, covariance, evaluations, quick, thresholds };
+            round.refits = search.run(&shown, say)?;
+        }
+        Ok(round)
+    }
+
+    /// Around a lower plain fit: with the refits of the round before, which contain it, unless it is lower by more than decides.
+    pub fn round_again(
+        &self,
+        before: Round,
+        plain: Fit,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Round, DiagnosisError> {
+        let thresholds = self.effort.thresholds;
+        if before.plain.solution.chi_square - plain.solution.chi_square > thresholds.decisive {
+            return self.round(plain, say);
+        }
+        let mut round = self.look(plain, say)?;
+        if round.significance.probability <= thresholds.significant {
+            let beside = (&round.plain, &round.something_else);
+            let refits = before.refits.into_iter().map(|r| r.beside(&before.plain, beside, thresholds.rest));
+            round.refits = refits.collect();
+        }
+        Ok(round)
+    }
+
+    /// Signatures and significance around a plain fit, without refits.
+    fn look(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
+        let &Self { setup, candidates, effort, .. } = self;
+        let observations = setup.observations;
+        say(format!("screening {} effects", candidates.len()));
+        let (x, fit, covariance) = (plain.x(), &plain.linear, &plain.covariance);
+        let screening = Screening { setup, candidates, x, present: &[], fit, whitening: covariance };
+        let (mut screened, failed) = screening.screen(0..candidates.len())?;
+        let y = &plain.linear.residual;
+        let evidence = |s: &Screened| linear_evidence(&candidates[s.candidate], &s.signature, y);
+        screened.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
+        let spots = spots(observations, &plain.linear, covariance);
+        let (family, largest) = family(&screened, &spots, candidates, &plain);
+        // Noise that is not quite white raises chi^2 a little: that alone is no gap.
+        let misfit = whole(&plain);
+        let local = family.probability(largest);
+        let flagrant = misfit < effort.thresholds.flagrant;
+        let probability = if flagrant { local.min(misfit) } else { local };
+        say(format!("largest score {largest:.2}, probability under noise {probability:.4}"));
+        let something_else = something_else(observations, &plain.linear, covariance);
+        let significance = Significance { family, probability, flagrant };
+        Ok(Round { plain, screened, failed, spots, significance, something_else, refits: vec![] })
+    }
+}
+
+/// Largest score of all effects and places, and its distribution under noise.
+fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain: &Fit) -> (Family, f64) {
+    let y = &plain.linear.residual;
+    let mut signatures: Vec<&Signature> = screened.iter().map(|s| &s.signature).collect();
+    let mut one_sided: Vec<bool> = screened.iter().map(|s| candidates[s.candidate].is_one_sided()).collect();
+    for s in screened {
+        signatures.extend(&s.other);
+        one_sided.resize(signatures.len(), candidates[s.candidate].is_one_sided());
+    }
+    signatures.extend(spots.iter().map(|s| &s.signature));
+    one_sided.resize(signatures.len(), false);
+    let counted = signatures.iter().zip(&one_sided).map(|(s, one)| {
+        let z = s.score(y);
+        if *one { z } else { z.abs() }
+    });
+    let largest = counted.fold(0.0, f64::max);
+    (Family::new(&signatures, &one_sided, 2), largest)
+}
+
+/// Twice the log evidence of an effect from its signature alone.
+pub fn linear_evidence(candidate: &Candidate, signature: &Signature, residual: &DVector<f64>) -> f64 {
+    // A switch, too, is given a magnitude: what is linear at the plain fit is not where the switch is on.
+    signature.evidence(residual, candidate.is_one_sided())
+}
+
+/// Largest size that a signature may ask for, over the largest that is admissible: at a finite magnitude it is not linear, and
+/// the refit keeps to what is admissible.
+const NONLINEAR: f64 = 4.0;
+
+/// Whether an effect of its plausible scale would pass the threshold in half of all cases, or one of an admissible size does.
+pub fn is_testable(candidate: &Candidate, signature: &Signature, score: f64, threshold: f64) -> bool {
+    let size = score.abs() / signature.strength();
+    let passes = candidate.one_sided(score) >= threshold && size <= NONLINEAR * candidate.effect.largest;
+    signature.strength() >= threshold || (passes && is_continuous(candidate))
+}
