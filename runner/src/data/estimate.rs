@@ -1,5 +1,6 @@
 //! Values with their uncertainty, and the order statistics that a table of specimens needs.
 
+use super::measurement::median;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -62,12 +63,17 @@ fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
     Some(sorted[below] + (position - below as f64) * (sorted[above] - sorted[below]))
 }
 
+/// Deviation of normal values about zero from the median of their sizes, of which there must be one and which are put in order.
+pub fn deviation_of_sizes(sizes: &mut [f64]) -> f64 {
+    const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_2;
+    DEVIATION_OVER_MEDIAN * median(sizes)
+}
+
 /// Median absolute deviation from the median, as the standard deviation of a normal distribution.
 pub fn robust_deviation(values: &[f64]) -> f64 {
-    const DEVIATION_OVER_MAD: f64 = 1.482_602_2;
     let Some(q) = Quartiles::of(values) else { return 0.0 };
-    let distances: Vec<f64> = values.iter().map(|v| (v - q.median).abs()).collect();
-    Quartiles::of(&distances).map_or(0.0, |d| DEVIATION_OVER_MAD * d.median)
+    let mut sizes: Vec<f64> = values.iter().filter(|v| v.is_finite()).map(|v| (v - q.median).abs()).collect();
+    deviation_of_sizes(&mut sizes)
 }
 
 #[cfg(test)]

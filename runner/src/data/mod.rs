@@ -19,6 +19,7 @@ pub mod layout;
 pub mod measurement;
 pub mod motion;
 pub mod names;
+pub mod neighbours;
 pub mod number;
 pub mod phase;
 pub mod plausibility;

@@ -4,8 +4,9 @@
 //! with a tolerance above the noise tells moving from resting; a line through the middle of each stroke,
 //! extended to the rests beside it, tells when the stroke began and ended to a fraction of a sample.
 
-use super::estimate::Quartiles;
+use super::estimate::{Quartiles, deviation_of_sizes};
 use super::history::corners;
+use super::neighbours::{FEWEST, distances};
 
 /// A piece slower than this part of the fastest stroke is rest: an actuator that settles is not moving.
 const REST: f64 = 0.02;
@@ -16,8 +17,6 @@ const NOISE_REACH: f64 = 5.0;
 /// ... or within this part of the depth.
 const LEAST_TOLERANCE: f64 = 2e-3;
 
-/// Of fewer samples most are kinks.
-const ENOUGH: usize = 20;
 /// Neighbours that differ by more than this part of the largest displacement are kinks: no stage is that noisy.
 const LARGEST_NOISE: f64 = 0.02;
 /// So many samples of a rest tell its level beside a stroke: an actuator may creep over a long rest.
@@ -110,28 +109,22 @@ impl Line {
     }
 }
 
-/// Distance of each sample, but the first and the last, from the line between its neighbours, over the standard deviation
-/// that it has for noise of unit deviation.
-pub(super) fn distances_to_neighbours(points: &[(f64, f64)]) -> Vec<f64> {
-    let distance = |w: &[(f64, f64)]| {
-        let b = (w[1].0 - w[0].0) / (w[2].0 - w[0].0);
-        let a = 1.0 - b;
-        (w[1].1 - a * w[0].1 - b * w[2].1).abs() / (1.0 + a * a + b * b).sqrt()
-    };
-    points.windows(3).map(distance).collect()
-}
-
-/// Standard deviation of the noise that makes these [`distances_to_neighbours`], of at least `enough` samples. A median, so that
+/// Standard deviation of the noise that makes these distances to neighbours, of at least `fewest` samples. A median, so that
 /// kinks do not count.
-fn noise_of(distances: &[f64], enough: usize) -> f64 {
-    const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_2;
-    let usual = Quartiles::of(distances).filter(|_| distances.len() >= enough);
-    usual.map_or(0.0, |q| DEVIATION_OVER_MEDIAN * q.median)
+fn noise_of(distances: &[f64], fewest: usize) -> f64 {
+    let mut sizes: Vec<f64> = distances.iter().map(|d| d.abs()).collect();
+    if sizes.len() < fewest { 0.0 } else { deviation_of_sizes(&mut sizes) }
 }
 
 /// The same of a path (m): where most samples are kinks, as in one given by its corners, there is none.
-pub(super) fn path_noise_of(distances: &[f64], enough: usize, reach_m: f64) -> f64 {
-    Some(noise_of(distances, enough)).filter(|noise| *noise <= LARGEST_NOISE * reach_m).unwrap_or(0.0)
+pub(super) fn path_noise_of(distances: &[f64], fewest: usize, reach_m: f64) -> f64 {
+    Some(noise_of(distances, fewest)).filter(|noise| *noise <= LARGEST_NOISE * reach_m).unwrap_or(0.0)
+}
+
+/// Distances of samples to the line through their neighbours.
+pub(super) fn distances_to_neighbours(points: &[(f64, f64)]) -> Vec<f64> {
+    let (times, values): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+    distances(&times, &values).collect()
 }
 
 /// Largest displacement of a path (m).
@@ -142,13 +135,13 @@ pub(super) fn reach_of(path: &[(f64, f64)]) -> f64 {
 /// Standard deviation of the noise of samples of a smooth curve: how far each sample is from the line between
 /// its neighbours.
 pub fn sample_noise(points: &[(f64, f64)]) -> f64 {
-    noise_of(&distances_to_neighbours(points), ENOUGH)
+    noise_of(&distances_to_neighbours(points), FEWEST)
 }
 
 /// Strokes of a displacement history.
 pub fn motion(time_s: &[f64], displacement_m: &[f64]) -> Motion {
     let points: Vec<(f64, f64)> = time_s.iter().copied().zip(displacement_m.iter().copied()).collect();
-    let noise_m = path_noise_of(&distances_to_neighbours(&points), ENOUGH, reach_of(&points));
+    let noise_m = path_noise_of(&distances_to_neighbours(&points), FEWEST, reach_of(&points));
     if points.len() < 2 {
         return Motion { noise_m, strokes: vec![] };
     }

@@ -269,11 +269,8 @@ fn comparisons(
     candidates: &[Candidate],
     thresholds: &Thresholds,
 ) -> Vec<Comparison> {
-    let telling = splits.iter().filter(|s| s.can_tell(&refit.members, candidates));
-    telling
-        .filter_map(|s| Comparison::new(plain, &refit.fit, s, thresholds))
-        .filter(|c| c.informative)
-        .collect()
+    let all = splits.iter().filter_map(|s| Comparison::of(plain, refit, s, candidates, thresholds));
+    all.filter(|c| c.informative).collect()
 }
 
 /// Whether held-out data accept a model: the sum over the splits that determine it.

@@ -7,9 +7,11 @@
 //! Both predictions are known, and so is what was measured; the gap is the distance from the force without its noise, which
 //! `true_force.rs` draws.
 
+use super::confirming::Refit;
 use super::held_out::{Predictor, Split};
 use super::thresholds::Thresholds;
 use crate::data::random::Random;
+use crate::inference::effect::Candidate;
 use crate::inference::fit::Fit;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -73,14 +75,26 @@ pub struct Comparison {
     extended: Side,
     /// Twice the gain in log predictive density by the effects.
     pub score: f64,
-    /// Whether the fitted points determine the effects: of none more than this share of the prior's variance is left.
+    /// Whether the fitted points determine the effects - of none more than `learned` of the prior's variance is left - and the predicted
+    /// ones tell them.
     pub informative: bool,
     significant: f64,
 }
 
 impl Comparison {
-    /// `None` where a model cannot be fitted to the split.
-    pub fn new(plain: &Fit, extended: &Fit, split: &Split, thresholds: &Thresholds) -> Option<Self> {
+    /// Of a refit with the plain model; `None` where one of them cannot be fitted to the split.
+    pub fn of(
+        plain: &Fit,
+        refit: &Refit,
+        split: &Split,
+        candidates: &[Candidate],
+        thresholds: &Thresholds,
+    ) -> Option<Self> {
+        let found = Self::new(plain, &refit.fit, split, thresholds)?;
+        Some(Self { informative: found.informative && split.can_tell(&refit.members, candidates), ..found })
+    }
+
+    fn new(plain: &Fit, extended: &Fit, split: &Split, thresholds: &Thresholds) -> Option<Self> {
         let parameters = extended.parameters;
         let (plain, extended) = (Side::new(plain, split)?, Side::new(extended, split)?);
         let all: Vec<usize> = (0..split.predicted.len()).collect();

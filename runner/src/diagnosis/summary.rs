@@ -245,8 +245,8 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let noises_mn = draws_of_noise_mn(refit, &f.observations, &f.candidates, f.thresholds.form);
     for split in &f.splits {
         let chosen = chosen_without(&f.round.refits, &f.candidates, split, &f.thresholds).unwrap_or(refit);
-        let Some(c) = Comparison::new(&f.round.plain, &chosen.fit, split, &f.thresholds) else { continue };
-        let informative = c.informative && split.can_tell(&chosen.members, &f.candidates);
+        let compared = Comparison::of(&f.round.plain, chosen, split, &f.candidates, &f.thresholds);
+        let Some(c) = compared else { continue };
         let chosen: Vec<String> = chosen.members.iter().map(|k| f.candidates[*k].name.clone()).collect();
         let mut parts = Vec::new();
         for phase in std::iter::once(None).chain(Phase::ALL.map(Some)) {
@@ -266,7 +266,7 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
             let size = |value: Option<f64>, before_mn: f64| (value.is_some(), before_mn);
             let larger =
                 total.as_ref().is_none_or(|t| size(s.value, s.before_mn) > size(t.value, t.before_mn));
-            if phase.is_none() && informative && larger {
+            if phase.is_none() && c.informative && larger {
                 total = Some(ShrinkageSummary {
                     of: split.name.clone(),
                     chosen: chosen.clone(),
@@ -280,7 +280,13 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
                 });
             }
         }
-        all.push(HeldOut { split: split.name.clone(), chosen, score: c.score, informative, parts });
+        all.push(HeldOut {
+            split: split.name.clone(),
+            chosen,
+            score: c.score,
+            informative: c.informative,
+            parts,
+        });
     }
     (all, total)
 }

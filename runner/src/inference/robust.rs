@@ -6,7 +6,7 @@
 use super::fit::{Fit, FitFailure, refit};
 use super::setup::Setup;
 use super::statistics::white_residual;
-use crate::data::measurement::median;
+use crate::data::estimate::deviation_of_sizes;
 use crate::noise::Covariance;
 
 /// Differences beyond so many deviations count less; of normal noise one of twenty-two.
@@ -15,8 +15,6 @@ const FAR: f64 = 2.0;
 const ROUNDS: usize = 6;
 /// Weights that change by less are settled.
 const SETTLED: f64 = 0.05;
-/// Deviation of normal values over the median of their sizes.
-const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_2;
 
 /// A robust fit.
 #[derive(Debug, Clone)]
@@ -43,7 +41,7 @@ pub fn robust(
         // In units of the deviations that the noise gave.
         let own = white_residual(&fit);
         let sizes: Vec<f64> = own.iter().zip(&factors).map(|(r, f)| (r * f).abs()).collect();
-        let spread = DEVIATION_OVER_MEDIAN * median(&mut sizes.clone());
+        let spread = deviation_of_sizes(&mut sizes.clone());
         let unit = if covariance.is_known() { spread.max(1.0) } else { spread.max(f64::MIN_POSITIVE) };
         let next: Vec<f64> = sizes.iter().map(|r| (r / (FAR * unit)).max(1.0).sqrt()).collect();
         let change = next.iter().zip(&factors).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);

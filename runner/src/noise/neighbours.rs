@@ -1,40 +1,15 @@
-//! White noise from neighbouring samples: what changes slowly, by a drift, a relaxation or a difference between specimens, cancels
-//! from the distance of a sample to the line through its two neighbours.
+//! White noise from neighbouring samples, from the distance of each to the line through its two neighbours.
 
-use crate::data::measurement::median;
+use crate::data::estimate::deviation_of_sizes;
+use crate::data::neighbours::{FEWEST, distances};
 use nalgebra::DVectorView;
 
 /// Distances of samples from the line through their neighbours, in units of the noise of one sample.
 #[derive(Debug, Clone, Default)]
 pub struct Differences(Vec<f64>);
 
-/// Fewest distances that tell a deviation: of less most are kinks.
-const FEWEST: usize = 20;
-/// Deviation of normal values over the median of their sizes.
-const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_2;
 /// A distance of so many deviations is a kink or an outlier.
 const KINK: f64 = 4.0;
-
-/// Distances from the second sample to the last but one, with their signs.
-pub(super) fn distances(time_s: &[f64], values: &[f64]) -> impl Iterator<Item = f64> {
-    let distance =
-        |(first, v): (usize, &[f64])| weights(time_s, first).iter().zip(v).map(|(w, v)| w * v).sum();
-    values.windows(3).enumerate().map(distance)
-}
-
-/// Weights of three samples, from the `first` on, in the distance of the middle one.
-pub(super) fn weights(time_s: &[f64], first: usize) -> [f64; 3] {
-    let t = &time_s[first..];
-    let b = (t[1] - t[0]) / (t[2] - t[0]);
-    let a = 1.0 - b;
-    let norm = (1.0 + a * a + b * b).sqrt();
-    [-a / norm, 1.0 / norm, -b / norm]
-}
-
-/// Deviation of normal values from the median of their sizes, which are put in order.
-pub(super) fn robust(sizes: &mut [f64]) -> f64 {
-    DEVIATION_OVER_MEDIAN * median(sizes)
-}
 
 impl Differences {
     /// Adds those of a record.
@@ -53,7 +28,7 @@ impl Differences {
         if self.0.len() < FEWEST {
             return None;
         }
-        let robust = robust(&mut self.0.clone());
+        let robust = deviation_of_sizes(&mut self.0.clone());
         // Of a coarsely quantised force most distances are 0: then all speak.
         let most = if robust > 0.0 { KINK * robust } else { f64::INFINITY };
         let kept: Vec<f64> = self.0.iter().copied().filter(|d| *d <= most).collect();

@@ -1,7 +1,9 @@
 //! Single samples that are far beside their neighbours: a glitch of the electronics, not the specimen.
 
-use super::neighbours::{Differences, distances, robust, weights};
+use super::neighbours::Differences;
 use crate::data::Measurement;
+use crate::data::estimate::deviation_of_sizes;
+use crate::data::neighbours::{distances, weights};
 
 /// A sample of so many deviations is a spike: of ten thousand samples of normal noise none is.
 const FAR: f64 = 5.0;
@@ -23,7 +25,7 @@ fn largest_spike(time_s: &[f64], values: &[f64]) -> Option<usize> {
     let around = |k: usize| {
         let near = k.saturating_sub(AROUND)..(k + AROUND + 1).min(distances.len());
         let mut sizes: Vec<f64> = distances[near].iter().map(|d| d.abs()).collect();
-        everywhere.max(robust(&mut sizes))
+        everywhere.max(deviation_of_sizes(&mut sizes))
     };
     let is_spike = |k: &usize| {
         let (own, deviation) = (distances[*k], around(*k));
