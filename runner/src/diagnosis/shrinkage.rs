@@ -94,7 +94,8 @@ impl Comparison {
         Some(Self { informative: found.informative && split.can_tell(&refit.members, candidates), ..found })
     }
 
-    fn new(plain: &Fit, extended: &Fit, split: &Split, thresholds: &Thresholds) -> Option<Self> {
+    /// Of two fits, whatever the predicted points can tell; `None` where one cannot be fitted to the split.
+    pub fn new(plain: &Fit, extended: &Fit, split: &Split, thresholds: &Thresholds) -> Option<Self> {
         let parameters = extended.parameters;
         let (plain, extended) = (Side::new(plain, split)?, Side::new(extended, split)?);
         let all: Vec<usize> = (0..split.predicted.len()).collect();
