@@ -202,7 +202,7 @@ impl PointMaterial {
         Some(Elasticity { kirchhoff_stress: tau, tangent: c })
     }
 
-    /// Volumetric Kirchhoff stress and `J d tau / dJ` (Pa) (Eq. 10); `None` at compaction.
+    /// Volumetric Kirchhoff stress and `J d tau / dJ` (Pa) at the dilatation `J - 1` (Eq. 10); `None` at compaction.
     #[inline(always)]
     pub fn volumetric_stress<T: Real>(&self, dilatation: T) -> Option<(T, T)> {
         let compact = dilatation.constant(self.n0s - 1.0);

@@ -104,7 +104,7 @@ impl SolidMaterial {
         Some(result)
     }
 
-    /// Volumetric Kirchhoff stress and `J d tau / dJ` (Pa) (Eq. 10); `None` at compaction.
+    /// Volumetric Kirchhoff stress and `J d tau / dJ` (Pa) at the dilatation `J - 1` (Eq. 10); `None` at compaction.
     #[inline]
     pub fn volumetric_stress(&self, dilatation: f64) -> Option<(f64, f64)> {
         (dilatation > self.n0s - 1.0).then(|| self.volumetric.stress(dilatation))

@@ -4,7 +4,7 @@
 //! bytes -> encoding -> layout (preamble, header, units) -> columns (names, header) -> rows (number, table) -> Measurement
 //!       -> coordinate (sign, surface, tare) -> plausibility -> history -> Protocol
 //! one file per specimen -> specimen_files -> synchronise -> Measurement
-//! displacement -> motion (strokes, rests) -> cycle -> phase
+//! displacement -> motion (strokes, rests) -> cycle -> phase; neighbours: what its noise, and that of a force, is told from
 //! ```
 
 pub mod columns;

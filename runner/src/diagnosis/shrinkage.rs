@@ -10,6 +10,7 @@
 use super::confirming::Refit;
 use super::held_out::{Predictor, Split};
 use super::thresholds::Thresholds;
+use super::true_force::DRAWS;
 use crate::data::random::Random;
 use crate::inference::effect::Candidate;
 use crate::inference::fit::Fit;
@@ -29,8 +30,6 @@ pub struct Shrinkage {
     pub interval: Option<(f64, f64)>,
 }
 
-/// Draws of the noise.
-const DRAWS: usize = 400;
 /// Seed of the draws.
 const SEED: u64 = 17;
 /// Share of the draws left out at each end.

@@ -13,8 +13,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Seed of the draws.
 const SEED: u64 = 17;
-/// Number of draws.
-const DRAWS: usize = 400;
+/// Number of draws of a noise.
+pub const DRAWS: usize = 400;
 
 /// Draws of measured minus true force (mN, all points), where the effects of a refit are what was found, and nature's law deviates from
 /// theirs by the part `form`.
