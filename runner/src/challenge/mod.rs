@@ -7,7 +7,7 @@
 //!        -> noise.rs -> cases/ID/P1.csv, P2.csv
 //!        the key goes elsewhere, its hash to cases
 //!        oracle.rs: could anybody see it
-//! score: answers/ID.json + key.rs -> score.rs -> table with exact binomial intervals
+//! score: answers/ID.json + key.rs -> score.rs (description.rs: what is told of a cause outside) -> table with exact binomial intervals
 //! ```
 //! What is drawn, and the causes that the catalogue does not have, are known to this folder only: the diagnosis sees
 //! nothing but the CSV files.
@@ -17,6 +17,7 @@ pub mod by_engine;
 pub mod by_maker;
 pub mod calibration;
 pub mod cause;
+pub mod description;
 pub mod draw;
 pub mod form;
 pub mod ground;

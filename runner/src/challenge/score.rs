@@ -2,6 +2,7 @@
 
 use super::binomial::Share;
 use super::calibration::Calibration;
+use super::description;
 use super::draw::Kind as CaseKind;
 use super::ground::factor_off_table_1;
 use super::key::Solution;
@@ -53,6 +54,8 @@ pub struct Scores {
     pub group_size: f64,
     /// Causes outside the catalogue answered `none of these` or `no gap`.
     pub outside: Share,
+    /// Descriptions of what nothing explains that are right about the cause outside the catalogue.
+    pub description: Share,
     /// Visible single effects that do not matter: nothing else was accused.
     pub immaterial: Share,
     /// Effects too weak to see of which nothing else was accused.
@@ -94,6 +97,8 @@ struct Answer {
     /// Value and interval claimed, and the true value.
     shrinkage: Option<(f64, f64, f64)>,
     true_shrinkage: Option<f64>,
+    /// Whether what it tells of a cause outside the catalogue is right; none where it tells nothing, or nothing is outside.
+    description: Option<bool>,
 }
 
 /// The table of cases and their answers, of one batch or of several.
@@ -113,8 +118,19 @@ pub fn score(cases: &[(Solution, Option<Diagnosis>)]) -> Table {
             let kind = if family.is_some() { Kind::Effect } else { Kind::NoGap };
             let families = family.into_iter().collect();
             let matters_percent = d.verdict.matters_percent;
-            let (shrinkage, true_shrinkage) = (None, None);
-            (s, Answer { kind, families, confidence: 1.0, matters_percent, shrinkage, true_shrinkage })
+            let (shrinkage, true_shrinkage, description) = (None, None, None);
+            (
+                s,
+                Answer {
+                    kind,
+                    families,
+                    confidence: 1.0,
+                    matters_percent,
+                    shrinkage,
+                    true_shrinkage,
+                    description,
+                },
+            )
         };
         let answers: Vec<(&Solution, Answer)> = answered().map(of).collect();
         (name, scores(&answers))
@@ -147,6 +163,9 @@ fn of_diagnosis(solution: &Solution, d: &Diagnosis) -> Answer {
             let truth: Vec<f64> = solution.truth_mn.iter().flatten().map(|f| height * f).collect();
             s.against(&truth)
         }),
+        description: (solution.drawn.kind == CaseKind::Outside && d.verdict.kind == Kind::NoneOfThese)
+            .then(|| description::of(solution, d.leftover.as_ref()))
+            .flatten(),
     }
 }
 
@@ -204,6 +223,7 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
         // The sum of nothing is -0.0.
         group_size: (0.0 + groups.iter().sum::<f64>()) / groups.len().max(1) as f64,
         outside: Share::of(of(&[CaseKind::Outside]).map(|(_, a)| !accuses(a))),
+        description: Share::of(answers.iter().filter_map(|(_, a)| a.description)),
         immaterial: Share::of(immaterial.map(|(s, a)| is_right(s, a))),
         weak: Share::of(weak.map(|(s, a)| is_right(s, a))),
         pairs: Share::of(of(&[CaseKind::Pair]).filter(matter).map(|(s, a)| is_right(s, a))),

@@ -20,6 +20,7 @@ use crate::inference::Setup;
 use crate::inference::Unknowns;
 use crate::inference::effect::{Candidate, Effect};
 use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH};
+use crate::inference::white_residual;
 use crate::inference::{NoiseFailure, noise_at};
 use crate::noise::ObservationError;
 use crate::noise::{NoiseModel, Observation, Weights};
@@ -170,7 +171,9 @@ pub fn diagnose(
     let explained = |r: &Refit| percent(&(&plain.gap_mn - &r.fit.gap_mn));
     let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
     let gap_percent = percent(&plain.gap_mn);
-    let is_small = gap_percent < effort.matters_percent;
+    // The height of a test's specimens, or an error of the simulation, is no gap.
+    let beside_known_errors = percent(&white_residual(plain).component_mul(plain.covariance.white_mn()));
+    let is_small = beside_known_errors < effort.matters_percent;
     let removed = |r: &Refit| {
         let noises_mn = draws_of_noise_mn(r, &observations, &candidates, thresholds.form);
         let surely = |c: &Comparison| c.surely_removes(1.0 - thresholds.rest, &noises_mn);
@@ -191,9 +194,10 @@ pub fn diagnose(
         mates: &mates,
         accepted: &accepted,
     });
-    // What is told of a difference that does not matter is what explains it, without the samples' noise.
-    let immaterial = refits.iter().find(|r| decision.is_immaterial && r.members == decision.unnamed);
-    let gap_percent = immaterial.map_or(gap_percent, explained);
+    // What is told of a difference that does not matter is what explains it, without the samples' noise, or what known errors leave.
+    let told = |r: Option<&Refit>| r.map_or(beside_known_errors, explained);
+    let immaterial = || refits.iter().find(|r| r.members == decision.unnamed);
+    let gap_percent = if decision.is_immaterial { told(immaterial()) } else { gap_percent };
     let left = (decision.kind == Kind::NoneOfThese).then(|| leftover(&observations, plain)).flatten();
     let surviving = match decision.kind {
         Kind::Group => rivals(refits, &decision.members, &candidates),

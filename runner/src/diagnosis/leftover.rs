@@ -55,7 +55,7 @@ pub struct Leftover {
     pub test: Option<String>,
     /// Part of the gap (chi^2 beyond what noise gives) that this description takes.
     pub part: f64,
-    /// Whether it is there off contact, too: then it is the machine's or the sensor's. None where nothing was measured there.
+    /// Whether it is there off contact, too: then it is the machine's or the sensor's. None where too little was measured there to tell.
     pub off_contact: Option<bool>,
     /// Specimens that differ from the others far more than these among themselves.
     pub specimens: Vec<String>,
@@ -171,10 +171,11 @@ fn median_step(time_s: &[f64]) -> f64 {
     crate::data::measurement::median(&mut time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
 }
 
-/// Whether the mean of what is left where there is no force is more than noise; none where nothing was measured there.
+/// Whether the mean of what is left where there is no force is more than noise; none where the gap, of its mean size, would not show there either.
 fn off_contact(observations: &[Observation], fit: &Fit) -> Option<bool> {
     let mut before = 0;
-    let (mut square, mut any) = (0.0_f64, false);
+    let usual_mn = (fit.gap_mn.norm_squared() / fit.gap_mn.len() as f64).sqrt();
+    let (mut largest, mut visible) = (0.0_f64, 0.0_f64);
     for o in observations {
         let measured = o.force_mn();
         let peak = measured.iter().copied().fold(0.0, f64::max);
@@ -183,13 +184,16 @@ fn off_contact(observations: &[Observation], fit: &Fit) -> Option<bool> {
         if points.len() > 2 {
             let mut shape = DVector::zeros(fit.gap_mn.len());
             points.iter().for_each(|&i| shape[before + i] = 1.0);
-            let score = fit.linear.signature(&fit.covariance, &shape).score(&fit.linear.residual);
-            square = square.max(score.abs());
-            any = true;
+            let signature = fit.linear.signature(&fit.covariance, &shape);
+            largest = largest.max(signature.score(&fit.linear.residual).abs());
+            visible = visible.max(signature.strength() * usual_mn);
         }
         before += o.len();
     }
-    any.then_some(square > OFF_CONTACT)
+    match largest > OFF_CONTACT {
+        true => Some(true),
+        false => (visible > OFF_CONTACT).then_some(false),
+    }
 }
 
 /// Specimens whose curve differs from the common one far more than the others'.
@@ -224,7 +228,7 @@ impl Leftover {
         let place = match self.off_contact {
             Some(true) => "; it is there off contact, too: look at machine and sensor",
             Some(false) => "; there is nothing off contact: look at specimen and contact",
-            None => "; nothing was measured off contact",
+            None => "; too little was measured off contact to tell the machine from the specimen",
         };
         let specimens = match &self.specimens[..] {
             [] => String::new(),

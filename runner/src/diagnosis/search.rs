@@ -115,24 +115,62 @@ impl Search<'_> {
         self.begin_elsewhere(&mut found, say)?;
         let mut refits: Vec<Refit> = found.into_iter().map(|(refit, _)| refit).collect();
         self.carry_on(&mut refits, say)?;
-        if let Some(best) = refits.first().filter(|best| !best.leaves_noise(self.thresholds.significant))
-            && let Some(pair) = self.pair(best, shown, say)?
-        {
-            // Each of the two alone has to be fitted as well as the pair is: from where that ended, too.
-            for (k, &member) in pair.members.iter().enumerate() {
-                let size = pair.fit.magnitudes().get(k).copied().unwrap_or(1.0);
-                let alone = self.refit(&[(member, size)], pair.fit.x(), Depth::Competing, say)?;
-                let Some(alone) = alone else { continue };
-                match refits.iter_mut().find(|r| r.members == [member]) {
-                    Some(before) if before.gain < alone.gain => *before = alone,
-                    Some(_) => {}
-                    None => refits.push(alone),
-                }
+        if let Some(best) = refits.first().filter(|best| !best.leaves_noise(self.thresholds.significant)) {
+            let single = best.evidence;
+            if let Some(pair) = self.pair(best, shown, say)? {
+                let pair = self.with_another_first(pair, single, shown, say)?;
+                self.each_alone(&pair, &mut refits, say)?;
+                refits.push(pair);
             }
-            refits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-            refits.push(pair);
         }
         Ok(refits)
+    }
+
+    /// Where a pair beats the best single effect, its second may have a better partner than that effect, which has imitated both: a pair
+    /// that starts from it.
+    fn with_another_first(
+        &self,
+        pair: Refit,
+        single: f64,
+        shown: &[&Screened],
+        say: &mut dyn FnMut(String),
+    ) -> Result<Refit, DiagnosisError> {
+        if pair.evidence - self.thresholds.complexity <= single {
+            return Ok(pair);
+        }
+        let Some(second) = self.alone(&pair, 1, say)? else { return Ok(pair) };
+        let other = self.pair(&second, shown, say)?;
+        Ok(other.filter(|other| other.evidence > pair.evidence).unwrap_or(pair))
+    }
+
+    /// Each of a pair alone has to be fitted as well as the pair is: from where that ended, too.
+    fn each_alone(
+        &self,
+        pair: &Refit,
+        refits: &mut Vec<Refit>,
+        say: &mut dyn FnMut(String),
+    ) -> Result<(), DiagnosisError> {
+        for k in 0..pair.members.len() {
+            let Some(alone) = self.alone(pair, k, say)? else { continue };
+            match refits.iter_mut().find(|r| r.members == alone.members) {
+                Some(before) if before.gain < alone.gain => *before = alone,
+                Some(_) => {}
+                None => refits.push(alone),
+            }
+        }
+        refits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        Ok(())
+    }
+
+    /// A refit with one of a pair, from where the pair ended.
+    fn alone(
+        &self,
+        pair: &Refit,
+        k: usize,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
+        let size = pair.fit.magnitudes().get(k).copied().unwrap_or(1.0);
+        self.refit(&[(pair.members[k], size)], pair.fit.x(), Depth::Competing, say)
     }
 
     /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain

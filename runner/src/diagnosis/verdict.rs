@@ -23,7 +23,7 @@ pub struct Evidence<'a> {
     pub probability: f64,
     /// Whether the plain model's chi^2 alone shows a gap, wherever it is.
     pub is_flagrant: bool,
-    /// Whether the plain model's gap is smaller than what matters.
+    /// Whether what known errors leave of the plain model's gap is smaller than what matters.
     pub is_small: bool,
     /// What a model explains, free of noise, over what matters.
     pub explained: &'a dyn Fn(&Refit) -> f64,
@@ -133,7 +133,7 @@ pub fn decide(e: &Evidence) -> Decision {
     // What two correct programs leave of one another is no finding about the specimen, nor is what does not matter.
     let is_doubtful = |k: &usize| {
         let refit = &e.refits[*k];
-        (e.explained)(refit) < immaterial && (e.removed)(refit) == Some(false)
+        (e.explained)(refit) < immaterial && (e.removed)(refit) != Some(true)
     };
     if let Some(k) = best.filter(is_doubtful) {
         let unnamed = e.refits[k].members.clone();

@@ -49,5 +49,5 @@ pub use refinement::{NoiseFailure, noise_at, noise_at_start};
 pub use requests::{Defaults, ParameterError, Requests};
 pub use resolution::Resolution;
 pub use setup::Setup;
-pub use statistics::{Interval, ParameterEstimate, Statistics};
+pub use statistics::{Interval, ParameterEstimate, Statistics, white_residual};
 pub use unknowns::Unknowns;
