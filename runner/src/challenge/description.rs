@@ -44,11 +44,9 @@ fn is_right(cause: &Cause, left: &Leftover) -> Option<bool> {
             };
             course && left.off_contact != Some(false)
         }
-        Effect::Overshoot { frequency, .. } => {
-            period_near(1.0 / frequency) || goes_with(&[Course::Rate, Course::Depth])
-        }
+        Effect::Overshoot { frequency, .. } => period_near(1.0 / frequency),
         Effect::WarmingFrame { .. } => goes_with(&[Course::Clock]),
-        Effect::Clock { .. } => goes_with(&[Course::Clock, Course::Rate]),
+        Effect::Clock { .. } => goes_with(&[Course::ClockRate, Course::Clock, Course::Rate]),
         Effect::GripStep { time_s, .. } | Effect::Bubble { time_s, .. } => step_at(time_s),
         Effect::Gain { from_s, to_s, .. } => step_at(from_s) || step_at(to_s) || goes_with(&[Course::Force]),
         Effect::Clip { .. } => goes_with(&[Course::Force, Course::Depth]),

@@ -3,7 +3,7 @@
 use super::catalogue::{LeftOut, effects};
 use super::confirming::Refit;
 use super::experiments::{Proposal, proposals, rivals};
-use super::gap::gap_percent;
+use super::gap::{gap_percent, swing_percent};
 use super::held_out::{Split, splits};
 use super::leftover::{Leftover, leftover};
 use super::result::Kind;
@@ -172,7 +172,9 @@ pub fn diagnose(
     let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
     let gap_percent = percent(&plain.gap_mn);
     // The height of a test's specimens, or an error of the simulation, is no gap.
-    let beside_known_errors = percent(&white_residual(plain).component_mul(plain.covariance.white_mn()));
+    let white_mn = plain.covariance.white_mn();
+    let rest_mn = white_residual(plain).component_mul(white_mn);
+    let beside_known_errors = percent(&rest_mn).max(swing_percent(&observations, &rest_mn, white_mn));
     let is_small = beside_known_errors < effort.matters_percent;
     let removed = |r: &Refit| {
         let noises_mn = draws_of_noise_mn(r, &observations, &candidates, thresholds.form);

@@ -6,8 +6,10 @@
 
 use super::confirming::Refit;
 use crate::data::Measurement;
+use crate::data::random::Random;
 use crate::fit::{EvaluationFailure, Problem, Whitening};
 use crate::inference::effect::{Candidate, Place, is_continuous};
+use crate::inference::fit::{FitFailure, least_chi_square};
 use crate::inference::{ForceProblem, Linearised, Setup};
 use crate::noise::{NoiseModel, Observation, Weights, noise_model};
 use nalgebra::{DMatrix, DVector};
@@ -23,6 +25,8 @@ const DEEPER: f64 = 1.5;
 const DEEPEST: f64 = 0.5;
 /// Points of each straight part of the motion.
 const POINTS: usize = 40;
+/// Evaluations of a refit with a test that was proposed.
+const EVALUATIONS: usize = 40;
 
 /// A test that is proposed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -209,6 +213,54 @@ fn value(
         }
     }
     Ok(least.is_finite().then_some(least))
+}
+
+/// What a test that is proposed would tell: chi^2 of each explanation, refitted to what was measured and to this test together, which is
+/// simulated with the explanation `truth` and white noise; none where the model fails, or the test decides by itself.
+///
+/// # Errors
+/// When the user asked to stop.
+pub fn told_apart(
+    setup: Setup,
+    candidates: &[Candidate],
+    noise: &NoiseModel,
+    rivals: &[&Refit],
+    proposal: &Proposal,
+    (truth, seed): (usize, u64),
+) -> Result<Option<Vec<f64>>, EvaluationFailure> {
+    let Some(test) = tests(setup, Some(f64::INFINITY)).into_iter().find(|t| t.what == proposal.what) else {
+        return Ok(None);
+    };
+    let unknowns = setup.unknowns.clone().with_fixed(&test.changed.into_iter().collect::<Vec<_>>());
+    let active = |r: &Refit| r.members.iter().map(|k| &candidates[*k]).collect::<Vec<_>>();
+    let white_mn = noise.tests.iter().map(|t| t.white_mn.mean()).fold(0.0, f64::max);
+    let Some(silent) = test.observation(&[], white_mn * 1e-3) else { return Ok(None) };
+    let silent = [silent];
+    let there = Setup { observations: &silent, unknowns: &unknowns, ..setup };
+    let true_mn =
+        match ForceProblem::new(there, &active(rivals[truth])).residual(&rivals[truth].fit.solution.x) {
+            Err(EvaluationFailure::Failed(_)) => return Ok(None),
+            other => other?,
+        };
+    let mut random = Random::new(seed);
+    let measured_n: Vec<f64> = true_mn.iter().map(|f| 1e-3 * (f + white_mn * random.normal())).collect();
+    let Some(observed) = test.observation(&measured_n, white_mn * 1e-3) else { return Ok(None) };
+    let observed = [observed];
+    let model = noise_model(&observed, &true_mn, vec![], &Weights::default());
+    let Ok(model) = model else { return Ok(None) };
+    let there = Setup { observations: &observed, ..there };
+    let all = [(setup, &noise.covariance), (there, &model.covariance)];
+    let mut found = Vec::new();
+    for rival in rivals {
+        match least_chi_square(&all, &active(rival), &rival.fit.solution.x, EVALUATIONS) {
+            Ok(chi_square) => found.push(chi_square),
+            Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
+                return Err(EvaluationFailure::Interrupted);
+            }
+            Err(_) => return Ok(None),
+        }
+    }
+    Ok(Some(found))
 }
 
 /// The refits of these candidates alone, as far as they have a size of their own.

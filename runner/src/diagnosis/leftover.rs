@@ -4,6 +4,7 @@
 //! Each description is a shape (or two) whose part that no refit absorbs is fitted to the residual, as an effect's signature is; the one
 //! that takes most of the gap, less twice the logarithm of the number of shapes that its kind has, is told.
 
+use crate::data::cycle::Cycle;
 use crate::inference::fit::Fit;
 use crate::noise::Observation;
 use nalgebra::{DMatrix, DVector};
@@ -26,6 +27,8 @@ const NO_FORCE: f64 = 1e-3;
 pub enum Course {
     /// It grows with the time since the test began.
     Clock,
+    /// It goes as if the clock of the force ran at another rate.
+    ClockRate,
     /// It is there from this time on (s).
     Step {
         /// Its beginning (s).
@@ -33,6 +36,11 @@ pub enum Course {
     },
     /// It repeats.
     Period {
+        /// Its period (s).
+        period_s: f64,
+    },
+    /// It swings after the ends of the ramps, and dies away.
+    Ringing {
         /// Its period (s).
         period_s: f64,
     },
@@ -112,7 +120,13 @@ fn trials(observations: &[Observation], fit: &Fit) -> Vec<Trial> {
         let peak = force.iter().copied().fold(0.0, f64::max);
         let depth = |i: usize| o.measurement.displacement_m[i].max(0.0) * 1e3;
         let rate = |i: usize| if i == 0 { 0.0 } else { (depth(i) - depth(i - 1)) / (t[i] - t[i - 1]) };
+        // Change of the force (mN/s); at the ends to one side.
+        let change = |i: usize| {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
+            (force[b] - force[a]) / (t[b] - t[a])
+        };
         let simple = [
+            (Course::ClockRate, whole(&|i| (t[i] - t[0]) * change(i))),
             (Course::Clock, whole(&|i| t[i] - t[0])),
             (Course::Depth, whole(&depth)),
             (Course::Rate, whole(&rate)),
@@ -156,6 +170,12 @@ fn trials(observations: &[Observation], fit: &Fit) -> Vec<Trial> {
                 kind: PERIODS * observations.len(),
             }
         }));
+        trials.extend(ringing(o).into_iter().map(|(period_s, shapes)| Trial {
+            course: Course::Ringing { period_s },
+            test: Some(test),
+            shapes: shapes.iter().map(|shape| whole(&|i| shape[i])).collect(),
+            kind: PERIODS * observations.len(),
+        }));
         before += n;
     }
     trials.extend(together.into_iter().map(|(course, shape)| Trial {
@@ -165,6 +185,33 @@ fn trials(observations: &[Observation], fit: &Fit) -> Vec<Trial> {
         kind: 1,
     }));
     trials
+}
+
+/// Sine and cosine of each period after every ramp's end, falling by half within a period, at a test's points.
+fn ringing(o: &Observation) -> Vec<(f64, [Vec<f64>; 2])> {
+    let first = |c: &Cycle| {
+        let after = o.time_s.partition_point(|t| *t <= c.times.ramp_end_s);
+        o.time_s.get(after..=after + 1).map(|pair| pair[1] - pair[0])
+    };
+    let shortest = o.cycles.iter().filter_map(first).fold(f64::INFINITY, f64::min);
+    let longest = o.cycles.iter().map(Cycle::hold_s).fold(0.0, f64::max);
+    let (shortest, longest) = (4.0 * shortest, 0.25 * longest);
+    if !(shortest < longest) {
+        return vec![];
+    }
+    let periods = (0..PERIODS).map(|k| shortest * (longest / shortest).powf(k as f64 / (PERIODS - 1) as f64));
+    let since = |t: f64| {
+        let ends = o.cycles.iter().map(|c| t - c.times.ramp_end_s).filter(|since| *since >= 0.0);
+        ends.fold(f64::INFINITY, f64::min)
+    };
+    let shape = |period_s: f64, of: fn(f64) -> f64| {
+        let at = |t: &f64| match since(*t) / period_s {
+            turns if turns.is_finite() => (-turns).exp2() * of(std::f64::consts::TAU * turns),
+            _ => 0.0,
+        };
+        o.time_s.iter().map(at).collect()
+    };
+    periods.map(|period_s| (period_s, [shape(period_s, f64::sin), shape(period_s, f64::cos)])).collect()
 }
 
 fn median_step(time_s: &[f64]) -> f64 {
@@ -217,8 +264,12 @@ impl Leftover {
     pub fn in_words(&self) -> String {
         let what = match self.course {
             Course::Clock => "grows with the time since the test began".to_owned(),
+            Course::ClockRate => "is as if the clock of the force ran at another rate".to_owned(),
             Course::Step { from_s } => format!("is there from {} s on", rounded(from_s)),
             Course::Period { period_s } => format!("repeats with a period of {} s", rounded(period_s)),
+            Course::Ringing { period_s } => {
+                format!("swings after the ramp's end with a period of {} s", rounded(period_s))
+            }
             Course::Depth => "goes with the depth".to_owned(),
             Course::Rate => "goes with the rate".to_owned(),
             Course::Force => "goes with the force".to_owned(),
@@ -313,6 +364,26 @@ mod tests {
             matches!(l.course, Course::Period { period_s } if (period_s / 7.0 - 1.0).abs() < 0.1),
             "{l:?}"
         );
+    }
+
+    #[test]
+    fn a_drive_that_rings_is_told() {
+        let l = found(&|t| {
+            let since = (t - 1.0).max(0.0);
+            2.0 * (-since / 8.0).exp() * (std::f64::consts::TAU * since / 6.0).sin()
+        });
+        assert!(
+            matches!(l.course, Course::Ringing { period_s } if (period_s / 6.0 - 1.0).abs() < 0.1),
+            "{l:?}"
+        );
+    }
+
+    /// The relaxation of `fitted`, 5 % faster.
+    #[test]
+    fn a_clock_that_runs_fast_is_told() {
+        let relaxing = |t: f64| 3.0 * t.min(1.0) * (-(t - 1.0).max(0.0) / 20.0).exp();
+        let l = found(&|t| relaxing(1.05 * t) - relaxing(t));
+        assert_eq!(l.course, Course::ClockRate, "{l:?}");
     }
 
     #[test]

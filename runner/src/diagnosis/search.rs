@@ -5,7 +5,7 @@
 //! model's fit or the other starts
 //! -> the leaders from the others, too, while the best of them leaves more than noise
 //! -> those that compete are carried on to their minima
-//! -> the best of them together with what its rest shows, where it shows something
+//! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows
 //! ```
 
 use super::confirming::{Refit, excess, refit, start_magnitudes};
@@ -115,7 +115,8 @@ impl Search<'_> {
         self.begin_elsewhere(&mut found, say)?;
         let mut refits: Vec<Refit> = found.into_iter().map(|(refit, _)| refit).collect();
         self.carry_on(&mut refits, say)?;
-        if let Some(best) = refits.first().filter(|best| !best.leaves_noise(self.thresholds.significant)) {
+        // What is looked for in its rest shows more than a test of the rest as a whole.
+        if let Some(best) = refits.first() {
             let single = best.evidence;
             if let Some(pair) = self.pair(best, shown, say)? {
                 let pair = self.with_another_first(pair, single, shown, say)?;
@@ -127,7 +128,7 @@ impl Search<'_> {
     }
 
     /// Where a pair beats the best single effect, its second may have a better partner than that effect, which has imitated both: a pair
-    /// that starts from it.
+    /// that starts from it. Where it is the same pair, others may do as well in the place of the first.
     fn with_another_first(
         &self,
         pair: Refit,
@@ -139,8 +140,15 @@ impl Search<'_> {
             return Ok(pair);
         }
         let Some(second) = self.alone(&pair, 1, say)? else { return Ok(pair) };
-        let other = self.pair(&second, shown, say)?;
-        Ok(other.filter(|other| other.evidence > pair.evidence).unwrap_or(pair))
+        let is_better = |other: &Refit| {
+            let is_same = other.members.iter().all(|k| pair.members.contains(k));
+            if is_same {
+                other.alternatives.len() > pair.alternatives.len()
+            } else {
+                other.evidence > pair.evidence
+            }
+        };
+        Ok(self.pair(&second, shown, say)?.filter(is_better).unwrap_or(pair))
     }
 
     /// Each of a pair alone has to be fitted as well as the pair is: from where that ended, too.

@@ -1,8 +1,10 @@
 //! Fits by generalised least squares: the plain model, or the model with effects, and their linearisation.
 
 mod tangent;
+mod together;
 
 pub use tangent::{Tangent, linearised};
+pub use together::least_chi_square;
 
 use super::effect::Candidate;
 use super::jacobian_load::JacobianLoad;
