@@ -194,7 +194,7 @@ class Leftover:
     specimens: list[str]
     """Specimens that differ from the others far more than these among themselves."""
     off_contact: Optional[bool] = None
-    """Whether it is there off contact, too: then it is the machine's or the sensor's. None where nothing was measured there."""
+    """Whether it is there off contact, too: then it is the machine's or the sensor's. None where too little was measured there to tell."""
     test: Optional[str] = None
     """Test that it is seen in; none: in all alike."""
 
