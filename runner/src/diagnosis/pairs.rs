@@ -1,4 +1,4 @@
-//! The best effect together with a second one, which its rest shows.
+//! The best effect together with a second one, which its rest shows, and that one with a better first.
 
 use super::confirming::Refit;
 use super::diagnose::DiagnosisError;
@@ -42,6 +42,60 @@ impl Search<'_> {
             };
         }
         Ok(best)
+    }
+
+    /// Where a pair beats the best single effect, its second may have a better partner than that effect, which has imitated both: a pair
+    /// that starts from it. Where it is the same pair, others may do as well in the place of the first.
+    pub(super) fn with_another_first(
+        &self,
+        pair: Refit,
+        single: f64,
+        shown: &[&Screened],
+        say: &mut dyn FnMut(String),
+    ) -> Result<Refit, DiagnosisError> {
+        if pair.evidence - self.thresholds.complexity <= single {
+            return Ok(pair);
+        }
+        let Some(second) = self.alone(&pair, 1, say)? else { return Ok(pair) };
+        let is_better = |other: &Refit| {
+            let is_same = other.members.iter().all(|k| pair.members.contains(k));
+            if is_same {
+                other.alternatives.len() > pair.alternatives.len()
+            } else {
+                other.evidence > pair.evidence
+            }
+        };
+        Ok(self.pair(&second, shown, say)?.filter(is_better).unwrap_or(pair))
+    }
+
+    /// Each of a pair alone has to be fitted as well as the pair is: from where that ended, too.
+    pub(super) fn each_alone(
+        &self,
+        pair: &Refit,
+        refits: &mut Vec<Refit>,
+        say: &mut dyn FnMut(String),
+    ) -> Result<(), DiagnosisError> {
+        for k in 0..pair.members.len() {
+            let Some(alone) = self.alone(pair, k, say)? else { continue };
+            match refits.iter_mut().find(|r| r.members == alone.members) {
+                Some(before) if before.gain < alone.gain => *before = alone,
+                Some(_) => {}
+                None => refits.push(alone),
+            }
+        }
+        refits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        Ok(())
+    }
+
+    /// A refit with one of a pair, from where the pair ended.
+    fn alone(
+        &self,
+        pair: &Refit,
+        k: usize,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
+        let size = pair.fit.magnitudes().get(k).copied().unwrap_or(1.0);
+        self.refit(&[(pair.members[k], size)], pair.fit.x(), Depth::Competing, say)
     }
 
     /// What the rest of a single effect shows best, beyond what the effect's form may leave: one of each look.

@@ -115,8 +115,7 @@ impl Search<'_> {
         self.begin_elsewhere(&mut found, say)?;
         let mut refits: Vec<Refit> = found.into_iter().map(|(refit, _)| refit).collect();
         self.carry_on(&mut refits, say)?;
-        // What is looked for in its rest shows more than a test of the rest as a whole.
-        if let Some(best) = refits.first() {
+        if let Some(best) = refits.first().filter(|best| !best.leaves_noise(self.thresholds.significant)) {
             let single = best.evidence;
             if let Some(pair) = self.pair(best, shown, say)? {
                 let pair = self.with_another_first(pair, single, shown, say)?;
@@ -125,60 +124,6 @@ impl Search<'_> {
             }
         }
         Ok(refits)
-    }
-
-    /// Where a pair beats the best single effect, its second may have a better partner than that effect, which has imitated both: a pair
-    /// that starts from it. Where it is the same pair, others may do as well in the place of the first.
-    fn with_another_first(
-        &self,
-        pair: Refit,
-        single: f64,
-        shown: &[&Screened],
-        say: &mut dyn FnMut(String),
-    ) -> Result<Refit, DiagnosisError> {
-        if pair.evidence - self.thresholds.complexity <= single {
-            return Ok(pair);
-        }
-        let Some(second) = self.alone(&pair, 1, say)? else { return Ok(pair) };
-        let is_better = |other: &Refit| {
-            let is_same = other.members.iter().all(|k| pair.members.contains(k));
-            if is_same {
-                other.alternatives.len() > pair.alternatives.len()
-            } else {
-                other.evidence > pair.evidence
-            }
-        };
-        Ok(self.pair(&second, shown, say)?.filter(is_better).unwrap_or(pair))
-    }
-
-    /// Each of a pair alone has to be fitted as well as the pair is: from where that ended, too.
-    fn each_alone(
-        &self,
-        pair: &Refit,
-        refits: &mut Vec<Refit>,
-        say: &mut dyn FnMut(String),
-    ) -> Result<(), DiagnosisError> {
-        for k in 0..pair.members.len() {
-            let Some(alone) = self.alone(pair, k, say)? else { continue };
-            match refits.iter_mut().find(|r| r.members == alone.members) {
-                Some(before) if before.gain < alone.gain => *before = alone,
-                Some(_) => {}
-                None => refits.push(alone),
-            }
-        }
-        refits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        Ok(())
-    }
-
-    /// A refit with one of a pair, from where the pair ended.
-    fn alone(
-        &self,
-        pair: &Refit,
-        k: usize,
-        say: &mut dyn FnMut(String),
-    ) -> Result<Option<Refit>, DiagnosisError> {
-        let size = pair.fit.magnitudes().get(k).copied().unwrap_or(1.0);
-        self.refit(&[(pair.members[k], size)], pair.fit.x(), Depth::Competing, say)
     }
 
     /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain
