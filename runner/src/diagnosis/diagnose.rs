@@ -134,11 +134,9 @@ pub fn diagnose(
     let mut start = asked(&rough).plain(unknowns.start(), Depth::Rough, say)?;
     for other in others {
         if start.solution.chi_square > MEETS * start.gap_mn.len() as f64 {
-            match asked(&rough).plain(other, Depth::Rough, say) {
-                Ok(found) if found.solution.chi_square < start.solution.chi_square => start = found,
-                // A start at which the model fails is none.
-                Ok(_) | Err(DiagnosisError::Baseline(FitFailure::Fit(FitError::StartFailed(_)))) => {}
-                Err(failure) => return Err(failure),
+            let found = computed(asked(&rough).plain(other, Depth::Rough, say))?;
+            if let Some(found) = found.filter(|f| f.solution.chi_square < start.solution.chi_square) {
+                start = found;
             }
         }
     }
@@ -150,8 +148,8 @@ pub fn diagnose(
     // of what that effect gained changes no answer.
     if let Some(leader) = round.refits.first() {
         let lower = round.plain.solution.chi_square - LOWER.max(ROUGH * leader.gain);
-        let again = asked.plain(leader.fit.x(), Depth::Rough, say)?;
-        if again.foreseen() < lower {
+        let again = computed(asked.plain(leader.fit.x(), Depth::Rough, say))?;
+        if let Some(again) = again.filter(|again| again.foreseen() < lower) {
             let again = asked.plain(again.x(), Depth::Minimum, say)?;
             if again.solution.chi_square < lower {
                 round = asked.round_again(round, again, say)?;
@@ -222,6 +220,14 @@ pub fn diagnose(
 const MEETS: f64 = 1.1;
 /// A plain fit with a chi^2 that is lower by this is another one: an effect would be worth as much.
 const LOWER: f64 = 1.0;
+
+/// A fit; none where the model fails at its start.
+fn computed(fit: Result<Fit, DiagnosisError>) -> Result<Option<Fit>, DiagnosisError> {
+    match fit {
+        Err(DiagnosisError::Baseline(FitFailure::Fit(FitError::StartFailed(_)))) => Ok(None),
+        other => other.map(Some),
+    }
+}
 
 /// The tests as far as the model can follow them: the whole motion, or the first loading and its hold.
 fn computable(
