@@ -30,8 +30,10 @@ fn is_right(cause: &Cause, left: &Leftover) -> Option<bool> {
     };
     let near = |a: f64, b: f64| (a / b).ln().abs() < NEAR.ln();
     let step_at = |time_s: f64| matches!(left.course, Course::Step { from_s } if near(from_s, time_s));
-    let period_near =
-        |period_s: f64| matches!(left.course, Course::Period { period_s: p } if near(p, period_s));
+    let period_near = |period_s: f64| match left.course {
+        Course::Period { period_s: p } | Course::Ringing { period_s: p } => near(p, period_s),
+        _ => false,
+    };
     let is_periodic = matches!(left.course, Course::Period { .. });
     let goes_with = |courses: &[Course]| courses.contains(&left.course);
     Some(match *effect {
@@ -77,6 +79,13 @@ mod tests {
         let cause = Cause::Maker(Effect::Wave { force: 1e-4, period_s: 7.0, phase: 0.0 });
         let of = |off_contact| is_right(&cause, &left(Course::Period { period_s: 7.5 }, off_contact));
         assert_eq!([of(None), of(Some(true)), of(Some(false))], [Some(true), Some(true), Some(false)]);
+    }
+
+    #[test]
+    fn an_overshoot_rings() {
+        let cause = Cause::Maker(Effect::Overshoot { length: 1e-5, frequency: 4.0, decay_s: 0.3 });
+        let of = |period_s| is_right(&cause, &left(Course::Ringing { period_s }, None));
+        assert_eq!([of(0.27), of(0.4)], [Some(true), Some(false)]);
     }
 
     #[test]

@@ -195,9 +195,11 @@ pub fn diagnose(
         accepted: &accepted,
     });
     // What is told of a difference that does not matter is what explains it, without the samples' noise, or what known errors leave.
-    let told = |r: Option<&Refit>| r.map_or(beside_known_errors, explained);
-    let immaterial = || refits.iter().find(|r| r.members == decision.unnamed);
-    let gap_percent = if decision.is_immaterial { told(immaterial()) } else { gap_percent };
+    let gap_percent = if decision.is_immaterial {
+        refits.iter().find(|r| r.members == decision.unnamed).map_or(beside_known_errors, explained)
+    } else {
+        gap_percent
+    };
     let left = (decision.kind == Kind::NoneOfThese).then(|| leftover(&observations, plain)).flatten();
     let surviving = match decision.kind {
         Kind::Group => rivals(refits, &decision.members, &candidates),

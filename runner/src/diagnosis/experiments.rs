@@ -10,7 +10,7 @@ use crate::data::random::Random;
 use crate::fit::{EvaluationFailure, Problem, Whitening};
 use crate::inference::effect::{Candidate, Place, is_continuous};
 use crate::inference::fit::{FitFailure, least_chi_square};
-use crate::inference::{ForceProblem, Linearised, Setup};
+use crate::inference::{ForceProblem, Linearised, Setup, Unknowns};
 use crate::noise::{NoiseModel, Observation, Weights, noise_model};
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
@@ -128,7 +128,17 @@ fn tests(setup: Setup, sample_height_m: Option<f64>) -> Vec<Test> {
     all
 }
 
+/// White noise of a further test (mN): that of the noisiest one.
+fn white_mn(noise: &NoiseModel) -> f64 {
+    noise.tests.iter().map(|t| t.white_mn.mean()).fold(0.0, f64::max)
+}
+
 impl Test {
+    /// What is fitted, with what the test changes.
+    fn unknowns(&self, setup: Setup) -> Unknowns {
+        setup.unknowns.clone().with_fixed(&self.changed.into_iter().collect::<Vec<_>>())
+    }
+
     /// The test with this force (N) and its deviation (N).
     fn observation(&self, force_n: &[f64], white_n: f64) -> Option<Observation> {
         let (mut time_s, mut displacement_m) = (vec![0.0], vec![0.0]);
@@ -168,8 +178,8 @@ fn value(
     rivals: &[&Refit],
     test: &Test,
 ) -> Result<Option<f64>, EvaluationFailure> {
-    let unknowns = setup.unknowns.clone().with_fixed(&test.changed.into_iter().collect::<Vec<_>>());
-    let white_mn = noise.tests.iter().map(|t| t.white_mn.mean()).fold(0.0, f64::max);
+    let unknowns = test.unknowns(setup);
+    let white_mn = white_mn(noise);
     let Some(silent) = test.observation(&[], white_mn * 1e-3) else { return Ok(None) };
     let silent = [silent];
     let there = Setup { observations: &silent, unknowns: &unknowns, ..setup };
@@ -231,9 +241,9 @@ pub fn told_apart(
     let Some(test) = tests(setup, Some(f64::INFINITY)).into_iter().find(|t| t.what == proposal.what) else {
         return Ok(None);
     };
-    let unknowns = setup.unknowns.clone().with_fixed(&test.changed.into_iter().collect::<Vec<_>>());
+    let unknowns = test.unknowns(setup);
     let active = |r: &Refit| r.members.iter().map(|k| &candidates[*k]).collect::<Vec<_>>();
-    let white_mn = noise.tests.iter().map(|t| t.white_mn.mean()).fold(0.0, f64::max);
+    let white_mn = white_mn(noise);
     let Some(silent) = test.observation(&[], white_mn * 1e-3) else { return Ok(None) };
     let silent = [silent];
     let there = Setup { observations: &silent, unknowns: &unknowns, ..setup };

@@ -158,9 +158,7 @@ fn trials(observations: &[Observation], fit: &Fit) -> Vec<Trial> {
             }
         }));
         let (shortest, longest) = (4.0 * median_step(t), 0.5 * (t[n - 1] - t[0]));
-        let periods =
-            (0..PERIODS).map(|k| shortest * (longest / shortest).powf(k as f64 / (PERIODS - 1) as f64));
-        trials.extend(periods.filter(|p| p.is_finite() && *p > 0.0).map(|period_s| {
+        trials.extend(periods(shortest, longest).filter(|p| p.is_finite() && *p > 0.0).map(|period_s| {
             let angle = |i: usize| std::f64::consts::TAU * (t[i] - t[0]) / period_s;
             let shapes = vec![whole(&|i| angle(i).sin()), whole(&|i| angle(i).cos())];
             Trial {
@@ -199,7 +197,6 @@ fn ringing(o: &Observation) -> Vec<(f64, [Vec<f64>; 2])> {
     if shortest >= longest {
         return vec![];
     }
-    let periods = (0..PERIODS).map(|k| shortest * (longest / shortest).powf(k as f64 / (PERIODS - 1) as f64));
     let since = |t: f64| {
         let ends = o.cycles.iter().map(|c| t - c.times.ramp_end_s).filter(|since| *since >= 0.0);
         ends.fold(f64::INFINITY, f64::min)
@@ -211,7 +208,14 @@ fn ringing(o: &Observation) -> Vec<(f64, [Vec<f64>; 2])> {
         };
         o.time_s.iter().map(at).collect()
     };
-    periods.map(|period_s| (period_s, [shape(period_s, f64::sin), shape(period_s, f64::cos)])).collect()
+    periods(shortest, longest)
+        .map(|period_s| (period_s, [shape(period_s, f64::sin), shape(period_s, f64::cos)]))
+        .collect()
+}
+
+/// The periods that are tried.
+fn periods(shortest: f64, longest: f64) -> impl Iterator<Item = f64> {
+    (0..PERIODS).map(move |k| shortest * (longest / shortest).powf(k as f64 / (PERIODS - 1) as f64))
 }
 
 fn median_step(time_s: &[f64]) -> f64 {

@@ -10,37 +10,40 @@ use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
 /// Residuals of all parts, one after the other.
-struct Together<'a>(Vec<SharedErrors<'a, ForceProblem<'a>, Covariance>>);
+struct Together<'a> {
+    parts: Vec<SharedErrors<'a, ForceProblem<'a>, Covariance>>,
+    /// How many each part has.
+    rows: Vec<usize>,
+}
 
 impl Problem for Together<'_> {
     fn dimension(&self) -> usize {
-        self.0.first().map_or(0, Problem::dimension)
+        self.parts.first().map_or(0, Problem::dimension)
     }
 
     fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, EvaluationFailure> {
-        let parts: Vec<Vec<f64>> =
-            self.0.iter_mut().map(|part| part.residual(x)).collect::<Result<_, _>>()?;
-        Ok(parts.concat())
+        let all: Vec<Vec<f64>> =
+            self.parts.iter_mut().map(|part| part.residual(x)).collect::<Result<_, _>>()?;
+        self.rows = all.iter().map(Vec::len).collect();
+        Ok(all.concat())
     }
 
     fn jacobian(&mut self, x: &[f64], r: &[f64]) -> Result<DMatrix<f64>, EvaluationFailure> {
         let mut all = DMatrix::zeros(r.len(), x.len());
         let mut before = 0;
-        for part in &mut self.0 {
-            let own = part.residual(x)?;
-            let rows = part.jacobian(x, &own)?;
-            all.rows_mut(before, own.len()).copy_from(&rows);
-            before += own.len();
+        for (part, &rows) in self.parts.iter_mut().zip(&self.rows) {
+            all.rows_mut(before, rows).copy_from(&part.jacobian(x, &r[before..before + rows])?);
+            before += rows;
         }
         Ok(all)
     }
 
     fn prefetch(&mut self, points: &[Vec<f64>]) {
-        self.0.iter_mut().for_each(|part| part.prefetch(points));
+        self.parts.iter_mut().for_each(|part| part.prefetch(points));
     }
 
     fn rejected(&mut self, x: &[f64]) {
-        self.0.iter_mut().for_each(|part| part.rejected(x));
+        self.parts.iter_mut().for_each(|part| part.rejected(x));
     }
 }
 
@@ -62,7 +65,7 @@ pub fn least_chi_square<'a>(
         let prior = if parts.is_empty() { forces.prior() } else { forces.prior().flat() };
         parts.push(SharedErrors::new(forces, covariance, DVector::from_vec(setup.measured_mn()), prior));
     }
-    let mut problem = Together(parts);
+    let mut problem = Together { parts, rows: vec![] };
     let mut watch = |_: &_| {
         if first.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
