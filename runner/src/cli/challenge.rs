@@ -76,7 +76,7 @@ pub struct Answer {
     /// Folder of the cases
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Screening, and a refit of the two leading effects only
+    /// Screening, and refits of the effects that promise most only
     #[arg(long)]
     quick: bool,
     /// Largest number of evaluations of each fit

@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Go on with the diagnosis of the --out directory as it was begun: finished runs are not repeated
     #[arg(long, conflicts_with = "published")]
     pub(super) resume: bool,
-    /// Screening, and refits of the four effects that promise most only
+    /// Screening, and refits of the effects that promise most only
     #[arg(long)]
     pub(super) quick: bool,
     /// Tell every step on stderr, with the time since the start

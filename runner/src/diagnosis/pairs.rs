@@ -3,7 +3,7 @@
 use super::confirming::Refit;
 use super::diagnose::DiagnosisError;
 use super::screening::{Screened, Screening};
-use super::search::{Promise, Search};
+use super::search::{PROMISING, Promise, Search};
 use crate::fit::EvaluationFailure;
 use crate::inference::Signature;
 use crate::inference::fit::{Depth, linearised};
@@ -12,8 +12,6 @@ use crate::noise::form_errors;
 /// Second effects of different looks that are refitted with the best one.
 const QUICK_PARTNERS: usize = 2;
 const PARTNERS: usize = 4;
-/// A signature is not linear, but what promises less than this part of the largest gain is not the one that gains most.
-const PROMISING: f64 = 0.5;
 /// A second effect, and what would do as well in its place.
 struct Partner {
     promise: Promise,

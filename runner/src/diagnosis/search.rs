@@ -24,6 +24,8 @@ use std::collections::VecDeque;
 /// Effects of different looks that a quick diagnosis refits, and those that look like the best of them.
 const QUICK: usize = 4;
 const QUICK_ALIKE: usize = 2;
+/// A signature is not linear, but what promises less than this part of the largest gain is not the one that gains most.
+pub(super) const PROMISING: f64 = 0.5;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
@@ -104,7 +106,9 @@ impl Search<'_> {
         let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
         let (first, alike) = self.by_looks(self.beginnings(shown)?, shown);
         for beginnings in first {
-            found.extend(self.begin(beginnings, say)?);
+            if !self.is_outdone(&beginnings, &found) {
+                found.extend(self.begin(beginnings, say)?);
+            }
         }
         let best = found.iter().max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
         if let Some(leader) = best.map(|(refit, _)| refit.members[0]) {
@@ -143,9 +147,8 @@ impl Search<'_> {
         let mut points = vec![shown.iter().map(at_fit).collect::<Vec<_>>()];
         for x in self.others {
             let there = Tangent::at(self.setup, &[], self.covariance, &self.plain.prior, x);
-            let Tangent { covariance, linear, .. } = match there {
-                Err(EvaluationFailure::Failed(_)) => continue,
-                other => other?,
+            let Some(Tangent { covariance, linear, .. }) = EvaluationFailure::or_none(there)? else {
+                continue;
             };
             let Some(chi_square) = chi_square(self.setup, &[], self.covariance, x)? else { continue };
             let begin = |s: &&Screened| {
@@ -194,6 +197,15 @@ impl Search<'_> {
             }
         }
         (first, others)
+    }
+
+    /// Whether another effect leaves only noise and has gained much more than this one promises, wherever it begins.
+    fn is_outdone(&self, beginnings: &Beginnings, found: &[(Refit, VecDeque<Beginning>)]) -> bool {
+        let promised = beginnings.iter().map(|b| b.promise.gain).fold(0.0, f64::max);
+        let does_it = |refit: &Refit| {
+            refit.leaves_noise(self.thresholds.significant) && promised < PROMISING * refit.gain
+        };
+        self.quick && found.iter().any(|(refit, _)| does_it(refit))
     }
 
     /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,

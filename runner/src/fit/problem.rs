@@ -14,6 +14,20 @@ pub enum EvaluationFailure {
     Interrupted,
 }
 
+impl EvaluationFailure {
+    /// What was computed, or none where the model fails there.
+    ///
+    /// # Errors
+    /// When the user asked to stop.
+    pub fn or_none<T>(result: Result<T, Self>) -> Result<Option<T>, Self> {
+        match result {
+            Ok(computed) => Ok(Some(computed)),
+            Err(Self::Failed(_)) => Ok(None),
+            Err(Self::Interrupted) => Err(Self::Interrupted),
+        }
+    }
+}
+
 /// A least-squares problem `min |r(x)|^2` over `x`.
 ///
 /// Sequence of calls per iteration: `prefetch([x])`, `residual(x)`, then either `jacobian(x, r)` when the
@@ -34,6 +48,16 @@ pub trait Problem {
     /// # Errors
     /// As [`Problem::residual`]; the point is then treated as one where the model fails.
     fn jacobian(&mut self, x: &[f64], r: &[f64]) -> Result<DMatrix<f64>, EvaluationFailure>;
+
+    /// Residuals at `x` and their derivatives.
+    ///
+    /// # Errors
+    /// As [`Problem::residual`].
+    fn with_jacobian(&mut self, x: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), EvaluationFailure> {
+        let r = self.residual(x)?;
+        let jacobian = self.jacobian(x, &r)?;
+        Ok((r, jacobian))
+    }
 
     /// These points' residuals will be asked for soon; runs may start now.
     fn prefetch(&mut self, _points: &[Vec<f64>]) {}
