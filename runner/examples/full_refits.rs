@@ -6,22 +6,13 @@
 //! The model with the effect that the diagnosis finds is taken to be true. For each draw of the noise both models are fitted anew,
 //! by all of the theory, to what the split fits, and predict the rest; beside it what the linearised models make of the same draw.
 
-use runner::data::{Reading, SpecimenFiles, Wanted};
-use runner::diagnosis::diagnose::{Effort, Given, diagnose};
+mod common;
+
+use common::{EVALUATIONS, Error, begin, diagnosed};
 use runner::diagnosis::shrinkage::{Comparison, part_removed, percentile};
-use runner::diagnosis::thresholds::Thresholds;
-use runner::engine::{Engine, EngineOptions};
 use runner::inference::fit::fit;
-use runner::inference::{Candidate, Depth, Fit, FitPlan, Requests, Setup, Unknowns};
+use runner::inference::{Candidate, Depth, Fit, FitPlan, Setup};
 use runner::noise::Observation;
-use runner::noise::observation::observe;
-use runner::pool::wiring::Names;
-use std::path::Path;
-
-type Error = Box<dyn std::error::Error>;
-
-/// Largest number of evaluations of a fit.
-const EVALUATIONS: usize = 40;
 
 fn main() -> Result<(), Error> {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -32,29 +23,12 @@ fn main() -> Result<(), Error> {
         }
         _ => 20,
     };
-    let measured = |file: &String| -> Result<_, Error> {
-        Ok(SpecimenFiles::of(Path::new(file))?.read(Wanted::MotionAndForce, &Reading::default())?.measurement)
-    };
-    let measurements = arguments.iter().map(measured).collect::<Result<Vec<_>, _>>()?;
-    let names = Names { sensitivities: true, ..Names::default() };
-    let engine = Engine::new(&EngineOptions { names, ..EngineOptions::default() })?;
-    let set = vec!["mesh.preset=coarse".to_owned()];
-    let requests = Requests { set, ..Requests::default() };
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
-    let effort = Effort {
-        quick: true,
-        evaluations: EVALUATIONS,
-        matters_percent: 1.0,
-        thresholds: Thresholds::default(),
-    };
-    let observations = observe(&measurements, None)?;
-    let found = diagnose(&engine, observations, &unknowns, Given::default(), effort, &mut |what| {
-        eprintln!("{what}")
-    })?;
+    let (engine, unknowns) = begin()?;
+    let found = diagnosed(&engine, &unknowns, &arguments)?;
     let Some(refit) = found.conclusion.decision.refit.map(|k| &found.round.refits[k]) else {
         return Err("no effect explains a gap of these data: there is no shrinkage".into());
     };
-    let active: Vec<&Candidate> = refit.members.iter().map(|&k| &found.candidates[k]).collect();
+    let active = refit.active(&found.candidates);
     let with: Vec<&str> = active.iter().map(|c| c.name.as_str()).collect();
     println!("with {}; part of the gap that goes, of the same draws of the noise", with.join(" and "));
     println!("| split | full refits: median [5, 95 %] | linearised | largest difference | correlation |");

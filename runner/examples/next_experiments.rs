@@ -7,47 +7,25 @@
 //! members are refitted to what was measured and to this test together. The group is settled where every other member's chi^2 is worse by what
 //! decides (`thresholds.rs`). A test that decides by itself (a stiff blank) counts as settling it. Runs are kept where POROPUNCH_CACHE says.
 
-use runner::data::{Reading, SpecimenFiles, Wanted};
-use runner::diagnosis::diagnose::{Effort, Given, diagnose};
+mod common;
+
+use common::{Error, begin, diagnosed};
 use runner::diagnosis::experiments::{rivals, told_apart};
 use runner::diagnosis::result::Kind;
-use runner::diagnosis::thresholds::Thresholds;
-use runner::engine::{Engine, EngineOptions};
-use runner::inference::{Requests, Setup, Unknowns};
-use runner::noise::observation::observe;
-use runner::pool::wiring::Names;
+use runner::inference::Setup;
 use std::path::Path;
 
-type Error = Box<dyn std::error::Error>;
-
-/// Largest number of evaluations of a fit.
-const EVALUATIONS: usize = 40;
 /// Of the noise of the simulated tests.
 const SEED: u64 = 20_261_125;
 
 fn main() -> Result<(), Error> {
-    let names = Names { sensitivities: true, ..Names::default() };
-    let engine = Engine::new(&EngineOptions { names, ..EngineOptions::default() })?;
-    if let Some(cache) = std::env::var_os("POROPUNCH_CACHE") {
-        engine.keep_in(Path::new(&cache))?;
-    }
-    let set = vec!["mesh.preset=coarse".to_owned()];
-    let requests = Requests { set, ..Requests::default() };
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
-    let thresholds = Thresholds::default();
-    let effort = Effort { quick: true, evaluations: EVALUATIONS, matters_percent: 1.0, thresholds };
+    let (engine, unknowns) = begin()?;
     println!("| case | group | test | taken as true: worse by (chi^2) | settled |");
     println!("|---|---|---|---|---|");
     let (mut settled, mut asked) = (0, 0);
     for folder in std::env::args().skip(1) {
-        let measured = |test: &str| -> Result<_, Error> {
-            let file = Path::new(&folder).join(test);
-            Ok(SpecimenFiles::of(&file)?.read(Wanted::MotionAndForce, &Reading::default())?.measurement)
-        };
-        let observations = observe(&[measured("P1.csv")?, measured("P2.csv")?], None)?;
-        let found = diagnose(&engine, observations, &unknowns, Given::default(), effort, &mut |what| {
-            eprintln!("{what}")
-        })?;
+        let files = ["P1.csv", "P2.csv"].map(|test| Path::new(&folder).join(test));
+        let found = diagnosed(&engine, &unknowns, &files)?;
         if found.conclusion.decision.kind != Kind::Group {
             continue;
         }
@@ -72,7 +50,7 @@ fn main() -> Result<(), Error> {
             };
             let others = (0..chi.len()).filter(|k| *k != truth).map(|k| chi[k] - chi[truth]);
             let least = others.fold(f64::INFINITY, f64::min);
-            settled += usize::from(least > thresholds.decisive);
+            settled += usize::from(least > found.thresholds.decisive);
             told.push(format!("{}: {least:.0}", name(truth)));
         }
         let group: Vec<&str> = (0..members.len()).map(name).collect();

@@ -33,6 +33,11 @@ pub struct Refit {
 }
 
 impl Refit {
+    /// Its effects.
+    pub fn active<'a>(&self, candidates: &'a [Candidate]) -> Vec<&'a Candidate> {
+        self.members.iter().map(|k| &candidates[*k]).collect()
+    }
+
     /// Whether noise alone leaves such a rest with more than this probability.
     pub fn leaves_noise(&self, significant: f64) -> bool {
         self.adequacy > significant

@@ -163,8 +163,13 @@ pub fn diagnose(
     let alike = |a: usize, b: usize| alike(screened, a, b);
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
     let mates = |leader: usize| mates(&candidates, screened, refits, y, leader, thresholds.decisive);
-    let held_out = |r: &Refit| comparisons(plain, r, &splits, &candidates, &thresholds);
-    let accepted = |r: &Refit| accepted(&held_out(r));
+    let compared: Vec<Vec<Comparison>> =
+        refits.iter().map(|r| comparisons(plain, r, &splits, &candidates, &thresholds)).collect();
+    let held_out = |r: &Refit| {
+        let own = refits.iter().zip(&compared).find(|(other, _)| other.members == r.members);
+        own.map_or(&[][..], |(_, comparisons)| comparisons)
+    };
+    let accepted = |r: &Refit| accepted(held_out(r));
     let percent = |difference_mn: &DVector<f64>| gap_percent(&observations, difference_mn);
     let explained = |r: &Refit| percent(&(&plain.gap_mn - &r.fit.gap_mn));
     let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;

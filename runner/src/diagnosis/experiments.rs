@@ -12,7 +12,7 @@ use crate::inference::effect::{Candidate, Place, is_continuous};
 use crate::inference::fit::{FitFailure, least_chi_square};
 use crate::inference::{ForceProblem, Linearised, Setup, Unknowns};
 use crate::noise::{NoiseModel, Observation, Weights, noise_model};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -139,8 +139,34 @@ impl Test {
         setup.unknowns.clone().with_fixed(&self.changed.into_iter().collect::<Vec<_>>())
     }
 
-    /// The test with this force (N) and its deviation (N).
-    fn observation(&self, force_n: &[f64], white_n: f64) -> Option<Observation> {
+    /// The test with this force (mN) and its deviation (mN).
+    fn observation(&self, force_mn: &[f64], white_mn: f64) -> Option<Observation> {
+        let (time_s, displacement_m) = self.motion();
+        let spread_n = Some(vec![white_mn * 1e-3; time_s.len()]);
+        let force_n = force_mn.iter().map(|f| f * 1e-3).collect();
+        let measurement = Measurement { time_s, displacement_m, force_n, spread_n, ..Measurement::default() };
+        Observation::new(&measurement, None).ok()
+    }
+
+    /// The test before it is made: without force.
+    fn silent(&self, white_mn: f64) -> Option<[Observation; 1]> {
+        Some([self.observation(&vec![0.0; self.motion().0.len()], white_mn)?])
+    }
+
+    /// The test where the true force is `true_mn` and `measured_mn` was measured, and its noise.
+    fn measured(
+        &self,
+        true_mn: &[f64],
+        measured_mn: &[f64],
+        white_mn: f64,
+    ) -> Option<([Observation; 1], NoiseModel)> {
+        let observed = [self.observation(measured_mn, white_mn)?];
+        let model = noise_model(&observed, true_mn, vec![], &Weights::default()).ok()?;
+        Some((observed, model))
+    }
+
+    /// Times (s) and depths (m).
+    fn motion(&self) -> (Vec<f64>, Vec<f64>) {
         let (mut time_s, mut displacement_m) = (vec![0.0], vec![0.0]);
         for pair in self.corners.windows(2) {
             let ((from, a), (to, b)) = (pair[0], pair[1]);
@@ -151,23 +177,8 @@ impl Test {
                 displacement_m.push(a + part * (b - a));
             }
         }
-        let n = time_s.len();
-        let force_n = if force_n.len() == n { force_n.to_vec() } else { vec![0.0; n] };
-        let measurement = Measurement {
-            time_s,
-            displacement_m,
-            force_n,
-            spread_n: Some(vec![white_n; n]),
-            ..Measurement::default()
-        };
-        Observation::new(&measurement, None).ok()
+        (time_s, displacement_m)
     }
-}
-
-/// What an explanation says of a test that was not made: force (mN) and its derivatives.
-struct Prediction {
-    force_mn: DVector<f64>,
-    jacobian_mn: DMatrix<f64>,
 }
 
 /// Expected fall of chi^2 against the wrong explanation, of the two that the test tells apart worst; none where the model fails.
@@ -180,45 +191,29 @@ fn value(
 ) -> Result<Option<f64>, EvaluationFailure> {
     let unknowns = test.unknowns(setup);
     let white_mn = white_mn(noise);
-    let Some(silent) = test.observation(&[], white_mn * 1e-3) else { return Ok(None) };
-    let silent = [silent];
+    let Some(silent) = test.silent(white_mn) else { return Ok(None) };
     let there = Setup { observations: &silent, unknowns: &unknowns, ..setup };
-    let predicted = |r: &Refit| -> Result<Option<Prediction>, EvaluationFailure> {
-        let active: Vec<&Candidate> = r.members.iter().map(|k| &candidates[*k]).collect();
-        let mut problem = ForceProblem::new(there, &active);
-        let x = &r.fit.solution.x;
-        let force = match problem.residual(x) {
-            Err(EvaluationFailure::Failed(_)) => return Ok(None),
-            other => other?,
-        };
-        match problem.jacobian(x, &force) {
-            Err(EvaluationFailure::Failed(_)) => Ok(None),
-            other => Ok(Some(Prediction { force_mn: DVector::from_vec(force), jacobian_mn: other? })),
-        }
-    };
+    // Forces (mN) and their derivatives, each explanation's.
     let mut all = Vec::new();
     for rival in rivals {
-        match predicted(rival)? {
-            Some(found) => all.push(found),
+        let forces = ForceProblem::new(there, &rival.active(candidates)).with_jacobian(&rival.fit.solution.x);
+        match EvaluationFailure::or_none(forces)? {
+            Some((force_mn, jacobian_mn)) => all.push((DVector::from_vec(force_mn), jacobian_mn)),
             None => return Ok(None),
         }
     }
     let mut least = f64::INFINITY;
-    for (a, truth) in all.iter().enumerate() {
-        let force_n: Vec<f64> = truth.force_mn.iter().map(|f| f * 1e-3).collect();
-        let Some(observed) = test.observation(&force_n, white_mn * 1e-3) else { return Ok(None) };
-        let model = noise_model(&[observed], truth.force_mn.as_slice(), vec![], &Weights::default());
-        let Ok(model) = model else { return Ok(None) };
-        for (b, wrong) in all.iter().enumerate().filter(|(b, _)| *b != a) {
+    for (a, (true_mn, _)) in all.iter().enumerate() {
+        let measured = test.measured(true_mn.as_slice(), true_mn.as_slice(), white_mn);
+        let Some((_, model)) = measured else { return Ok(None) };
+        for (b, (wrong_mn, jacobian_mn)) in all.iter().enumerate().filter(|(b, _)| *b != a) {
             let before = &rivals[b].fit.linear.design;
-            let added = model.covariance.apply_columns(&wrong.jacobian_mn);
+            let added = model.covariance.apply_columns(jacobian_mn);
             let (n, m) = (before.nrows(), added.nrows());
             let mut design = before.clone().resize_vertically(n + m, 0.0);
             design.rows_mut(n, m).copy_from(&added);
             let mut difference = DVector::zeros(n + m);
-            difference
-                .rows_mut(n, m)
-                .copy_from(&model.covariance.apply(&(&truth.force_mn - &wrong.force_mn)));
+            difference.rows_mut(n, m).copy_from(&model.covariance.apply(&(true_mn - wrong_mn)));
             least = least.min(Linearised::new(design, &difference).residual.norm_squared());
         }
     }
@@ -242,27 +237,20 @@ pub fn told_apart(
         return Ok(None);
     };
     let unknowns = test.unknowns(setup);
-    let active = |r: &Refit| r.members.iter().map(|k| &candidates[*k]).collect::<Vec<_>>();
     let white_mn = white_mn(noise);
-    let Some(silent) = test.observation(&[], white_mn * 1e-3) else { return Ok(None) };
-    let silent = [silent];
+    let Some(silent) = test.silent(white_mn) else { return Ok(None) };
     let there = Setup { observations: &silent, unknowns: &unknowns, ..setup };
-    let true_mn =
-        match ForceProblem::new(there, &active(rivals[truth])).residual(&rivals[truth].fit.solution.x) {
-            Err(EvaluationFailure::Failed(_)) => return Ok(None),
-            other => other?,
-        };
+    let Refit { fit, .. } = rivals[truth];
+    let forces = ForceProblem::new(there, &rivals[truth].active(candidates)).residual(&fit.solution.x);
+    let Some(true_mn) = EvaluationFailure::or_none(forces)? else { return Ok(None) };
     let mut random = Random::new(seed);
-    let measured_n: Vec<f64> = true_mn.iter().map(|f| 1e-3 * (f + white_mn * random.normal())).collect();
-    let Some(observed) = test.observation(&measured_n, white_mn * 1e-3) else { return Ok(None) };
-    let observed = [observed];
-    let model = noise_model(&observed, &true_mn, vec![], &Weights::default());
-    let Ok(model) = model else { return Ok(None) };
+    let measured_mn: Vec<f64> = true_mn.iter().map(|f| f + white_mn * random.normal()).collect();
+    let Some((observed, model)) = test.measured(&true_mn, &measured_mn, white_mn) else { return Ok(None) };
     let there = Setup { observations: &observed, ..there };
     let all = [(setup, &noise.covariance), (there, &model.covariance)];
     let mut found = Vec::new();
     for rival in rivals {
-        match least_chi_square(&all, &active(rival), &rival.fit.solution.x, EVALUATIONS) {
+        match least_chi_square(&all, &rival.active(candidates), &rival.fit.solution.x, EVALUATIONS) {
             Ok(chi_square) => found.push(chi_square),
             Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
                 return Err(EvaluationFailure::Interrupted);

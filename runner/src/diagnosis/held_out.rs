@@ -1,13 +1,13 @@
 //! Prediction of what was not fitted.
 //!
-//! Around its optimum a model is linear: `measured - model = J delta + U u + white noise`, with the prior of the
-//! parameters on `delta` and `u` standard normal, the errors that points share. Fitting some points and predicting the
-//! others is then algebra, and errors common to both are carried over as they are.
+//! Around its optimum a model is linear: fitting some points and predicting the others is then algebra, and errors common to both are
+//! carried over as they are.
 
+use super::normal_equations::{NormalEquations, scaled_rows};
 use crate::inference::effect::{Candidate, Scope};
 use crate::inference::fit::Fit;
 use crate::noise::Observation;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 /// Points that are fitted and points that are predicted.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,16 +59,12 @@ pub fn splits(observations: &[Observation]) -> Vec<Split> {
 /// A model that fits one part and predicts the other.
 pub struct Predictor {
     split: Split,
-    /// Rows of the fitted points: derivatives by the variables, then shapes of the common errors.
-    fitted: DMatrix<f64>,
+    /// What the fitted points tell.
+    known: NormalEquations,
     /// Rows of the predicted points.
     predicted: DMatrix<f64>,
-    /// Of the fitted points.
-    weights: DVector<f64>,
     /// White deviation of the predicted points (mN).
     white_mn: DVector<f64>,
-    shift: DVector<f64>,
-    inverse: Cholesky<f64, Dyn>,
     /// Deviation of the prediction's error at each predicted point (mN).
     pub deviation_mn: DVector<f64>,
     /// Share of the prior's variance of each variable that the fitted points leave.
@@ -84,28 +80,16 @@ impl Predictor {
         let mut all = DMatrix::zeros(n, variables + common.ncols());
         all.columns_mut(0, variables).copy_from(&fit.jacobian_mn);
         all.columns_mut(variables, common.ncols()).copy_from(&common);
-        let white_mn = covariance.white_mn().clone();
-        let mut normal = DMatrix::zeros(all.ncols(), all.ncols());
-        let mut shift = DVector::zeros(all.ncols());
-        for j in 0..all.ncols() {
-            let (precision, mean) = fit.known_before(j);
-            normal[(j, j)] = precision;
-            shift[j] = precision * mean;
-        }
-        let prior = normal.diagonal();
-        let fitted = all.select_rows(&split.fitted);
-        let weights = white_mn.select_rows(&split.fitted).map(|s| s.powi(-2));
-        normal += fitted.tr_mul(&scaled_rows(&fitted, &weights));
-        let inverse = normal.cholesky()?;
-        let left = (inverse.inverse().diagonal().component_mul(&prior)).as_slice()[..variables].to_vec();
+        let white_mn = |points: &[usize]| covariance.white_mn().select_rows(points);
+        let known = NormalEquations::new(fit, all.select_rows(&split.fitted), &white_mn(&split.fitted))?;
+        let left = known.left[..variables].to_vec();
         let predicted = all.select_rows(&split.predicted);
-        let white_mn = white_mn.select_rows(&split.predicted);
-        let half = inverse.l().solve_lower_triangular(&predicted.transpose())?;
+        let white_mn = white_mn(&split.predicted);
+        let half = known.precision.l().solve_lower_triangular(&predicted.transpose())?;
         let deviation_mn = DVector::from_fn(white_mn.len(), |i, _| {
             (half.column(i).norm_squared() + white_mn[i].powi(2)).sqrt()
         });
-        let split = split.clone();
-        Some(Self { split, fitted, predicted, weights, white_mn, shift, inverse, deviation_mn, left })
+        Some(Self { split: split.clone(), known, predicted, white_mn, deviation_mn, left })
     }
 
     /// The predicted points.
@@ -115,8 +99,7 @@ impl Predictor {
 
     /// Measured minus predicted (mN) at the predicted points, for `gap_mn` measured minus model at the optimum.
     pub fn error_mn(&self, gap_mn: &DVector<f64>) -> DVector<f64> {
-        let weighted = gap_mn.select_rows(&self.split.fitted).component_mul(&self.weights);
-        let found = self.inverse.solve(&(self.fitted.tr_mul(&weighted) + &self.shift));
+        let found = self.known.solve(&gap_mn.select_rows(&self.split.fitted));
         gap_mn.select_rows(&self.split.predicted) - &self.predicted * found
     }
 
@@ -125,7 +108,7 @@ impl Predictor {
         let white = self.white_mn.select_rows(points);
         let rows = self.predicted.select_rows(points);
         // Post = inv(H) = inv(L') inv(L): its half times the rows are errors that the predicted points share.
-        let Some(half) = self.inverse.l().solve_lower_triangular(&rows.transpose()) else {
+        let Some(half) = self.known.precision.l().solve_lower_triangular(&rows.transpose()) else {
             return f64::NEG_INFINITY;
         };
         let v = scaled_rows(&half.transpose(), &white.map(|s| 1.0 / s));
@@ -138,12 +121,4 @@ impl Predictor {
         let log_small: f64 = 2.0 * small.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
         -square - log_white - log_small
     }
-}
-
-fn scaled_rows(matrix: &DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
-    let mut scaled = matrix.clone();
-    for (mut row, factor) in scaled.row_iter_mut().zip(factors.iter()) {
-        row *= *factor;
-    }
-    scaled
 }

@@ -4,22 +4,21 @@
 //! Each description is a shape (or two) whose part that no refit absorbs is fitted to the residual, as an effect's signature is; the one
 //! that takes most of the gap, less twice the logarithm of the number of shapes that its kind has, is told.
 
-use crate::data::cycle::Cycle;
+mod trials;
+
 use crate::inference::fit::Fit;
 use crate::noise::Observation;
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trials::{Trial, trials};
 
-/// Places of a step, and periods, that are tried in each test.
-const STEPS: usize = 40;
-const PERIODS: usize = 60;
 /// Largest mean square of a specimen's own residual over the median of all that passes as the others'.
 const OUTSTANDING: f64 = 3.0;
 /// Score of what is left off contact that noise passes in one of a thousand cases.
 const OFF_CONTACT: f64 = 3.3;
 /// A force below this part of the peak is no contact.
-const NO_FORCE: f64 = 1e-3;
+pub(super) const NO_FORCE: f64 = 1e-3;
 
 /// With what the gap goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -69,14 +68,6 @@ pub struct Leftover {
     pub specimens: Vec<String>,
 }
 
-/// One description that is tried: shapes (any unit), and how many others of its kind there are.
-struct Trial {
-    course: Course,
-    test: Option<usize>,
-    shapes: Vec<DVector<f64>>,
-    kind: usize,
-}
-
 /// The best description of what a fit leaves; none where nothing is left.
 pub fn leftover(observations: &[Observation], fit: &Fit) -> Option<Leftover> {
     let excess = fit.linear.residual.norm_squared() - fit.gap_mn.len() as f64;
@@ -101,125 +92,6 @@ fn gain(fit: &Fit, shapes: &[DVector<f64>]) -> f64 {
     // A shape that a refit absorbs gains nothing.
     let Some(inverse) = s.tr_mul(&s).cholesky() else { return 0.0 };
     product.dot(&inverse.solve(&product))
-}
-
-fn trials(observations: &[Observation], fit: &Fit) -> Vec<Trial> {
-    let total = fit.gap_mn.len();
-    let mut trials = Vec::new();
-    let mut before = 0;
-    let mut together: Vec<(Course, DVector<f64>)> = Vec::new();
-    for (test, o) in observations.iter().enumerate() {
-        let (n, t) = (o.len(), &o.time_s);
-        let whole = |shape: &dyn Fn(usize) -> f64| {
-            let mut all = DVector::zeros(total);
-            (0..n).for_each(|i| all[before + i] = shape(i));
-            all
-        };
-        let force: Vec<f64> =
-            o.force_mn().iter().zip(fit.gap_mn.rows(before, n).iter()).map(|(m, g)| m - g).collect();
-        let peak = force.iter().copied().fold(0.0, f64::max);
-        let depth = |i: usize| o.measurement.displacement_m[i].max(0.0) * 1e3;
-        let rate = |i: usize| if i == 0 { 0.0 } else { (depth(i) - depth(i - 1)) / (t[i] - t[i - 1]) };
-        // Change of the force (mN/s); at the ends to one side.
-        let change = |i: usize| {
-            let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
-            (force[b] - force[a]) / (t[b] - t[a])
-        };
-        let simple = [
-            (Course::ClockRate, whole(&|i| (t[i] - t[0]) * change(i))),
-            (Course::Clock, whole(&|i| t[i] - t[0])),
-            (Course::Depth, whole(&depth)),
-            (Course::Rate, whole(&rate)),
-            (Course::Force, whole(&|i| force[i])),
-            (Course::Contact, whole(&|i| f64::from(u8::from(force[i] > NO_FORCE * peak)))),
-        ];
-        if test == 0 {
-            together.extend(simple.iter().cloned());
-        } else {
-            together.iter_mut().zip(&simple).for_each(|((_, sum), (_, own))| *sum += own);
-        }
-        let one = |(course, shape)| Trial {
-            course,
-            test: Some(test),
-            shapes: vec![shape],
-            kind: observations.len(),
-        };
-        if observations.len() > 1 {
-            trials.extend(simple.into_iter().map(one));
-        }
-        trials.extend((1..STEPS).map(|k| {
-            let first = k * n / STEPS;
-            let shapes = vec![whole(&|i| f64::from(u8::from(i >= first)))];
-            Trial {
-                course: Course::Step { from_s: t[first] },
-                test: Some(test),
-                shapes,
-                kind: STEPS * observations.len(),
-            }
-        }));
-        let (shortest, longest) = (4.0 * median_step(t), 0.5 * (t[n - 1] - t[0]));
-        trials.extend(periods(shortest, longest).filter(|p| p.is_finite() && *p > 0.0).map(|period_s| {
-            let angle = |i: usize| std::f64::consts::TAU * (t[i] - t[0]) / period_s;
-            let shapes = vec![whole(&|i| angle(i).sin()), whole(&|i| angle(i).cos())];
-            Trial {
-                course: Course::Period { period_s },
-                test: Some(test),
-                shapes,
-                kind: PERIODS * observations.len(),
-            }
-        }));
-        trials.extend(ringing(o).into_iter().map(|(period_s, shapes)| Trial {
-            course: Course::Ringing { period_s },
-            test: Some(test),
-            shapes: shapes.iter().map(|shape| whole(&|i| shape[i])).collect(),
-            kind: PERIODS * observations.len(),
-        }));
-        before += n;
-    }
-    trials.extend(together.into_iter().map(|(course, shape)| Trial {
-        course,
-        test: None,
-        shapes: vec![shape],
-        kind: 1,
-    }));
-    trials
-}
-
-/// Sine and cosine of each period after every ramp's end, falling by half within a period, at a test's points.
-fn ringing(o: &Observation) -> Vec<(f64, [Vec<f64>; 2])> {
-    let first = |c: &Cycle| {
-        let after = o.time_s.partition_point(|t| *t <= c.times.ramp_end_s);
-        o.time_s.get(after..=after + 1).map(|pair| pair[1] - pair[0])
-    };
-    let shortest = o.cycles.iter().filter_map(first).fold(f64::INFINITY, f64::min);
-    let longest = o.cycles.iter().map(Cycle::hold_s).fold(0.0, f64::max);
-    let (shortest, longest) = (4.0 * shortest, 0.25 * longest);
-    if shortest >= longest {
-        return vec![];
-    }
-    let since = |t: f64| {
-        let ends = o.cycles.iter().map(|c| t - c.times.ramp_end_s).filter(|since| *since >= 0.0);
-        ends.fold(f64::INFINITY, f64::min)
-    };
-    let shape = |period_s: f64, of: fn(f64) -> f64| {
-        let at = |t: &f64| match since(*t) / period_s {
-            turns if turns.is_finite() => (-turns).exp2() * of(std::f64::consts::TAU * turns),
-            _ => 0.0,
-        };
-        o.time_s.iter().map(at).collect()
-    };
-    periods(shortest, longest)
-        .map(|period_s| (period_s, [shape(period_s, f64::sin), shape(period_s, f64::cos)]))
-        .collect()
-}
-
-/// The periods that are tried.
-fn periods(shortest: f64, longest: f64) -> impl Iterator<Item = f64> {
-    (0..PERIODS).map(move |k| shortest * (longest / shortest).powf(k as f64 / (PERIODS - 1) as f64))
-}
-
-fn median_step(time_s: &[f64]) -> f64 {
-    crate::data::measurement::median(&mut time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
 }
 
 /// Whether the mean of what is left where there is no force is more than noise; none where the gap, of its mean size, would not show there either.

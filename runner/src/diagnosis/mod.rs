@@ -23,6 +23,7 @@ pub mod held_out;
 pub mod leftover;
 pub mod location;
 mod nested;
+mod normal_equations;
 pub mod page;
 mod pairs;
 pub mod parity;

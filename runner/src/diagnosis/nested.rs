@@ -15,7 +15,7 @@ pub fn chosen_without<'a>(
     thresholds: &Thresholds,
 ) -> Option<&'a Refit> {
     let weight = |refit: &Refit| {
-        let active: Vec<&Candidate> = refit.members.iter().map(|k| &candidates[*k]).collect();
+        let active = refit.active(candidates);
         let odds = if active.len() > 1 { thresholds.complexity } else { 0.0 };
         Some(refit.fit.refitted_to(&split.fitted)?.evidence(&active) - odds)
     };

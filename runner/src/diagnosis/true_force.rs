@@ -5,11 +5,12 @@
 //! force, the rest is noise.
 
 use super::confirming::Refit;
+use super::normal_equations::NormalEquations;
 use crate::data::random::Random;
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::Fit;
 use crate::noise::{Common, Covariance, Observation, form_errors};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 /// Seed of the draws.
 const SEED: u64 = 17;
@@ -41,8 +42,7 @@ pub struct TrueForce {
     gap_mn: DVector<f64>,
     /// What each unknown adds to the force (mN); zero for errors of the measurement.
     force_mn: DMatrix<f64>,
-    mean: DVector<f64>,
-    precision: Cholesky<f64, Dyn>,
+    known: NormalEquations,
 }
 
 impl TrueForce {
@@ -60,28 +60,19 @@ impl TrueForce {
                 force_mn.set_column(variables + k, &c.shape_mn);
             }
         }
-        let white_mn = covariance.white_mn();
-        all.column_iter_mut().for_each(|mut c| c.component_div_assign(white_mn));
-        let mut normal = all.tr_mul(&all);
-        let mut right = all.tr_mul(&fit.gap_mn.component_div(white_mn));
-        for j in 0..normal.nrows() {
-            let (precision, mean) = fit.known_before(j);
-            normal[(j, j)] += precision;
-            right[j] += precision * mean;
-        }
-        let precision = normal.cholesky()?;
-        let mean = precision.solve(&right);
-        Some(Self { gap_mn: fit.gap_mn.clone(), force_mn, mean, precision })
+        let known = NormalEquations::new(fit, all, covariance.white_mn())?;
+        Some(Self { gap_mn: fit.gap_mn.clone(), force_mn, known })
     }
 
     /// Draws of measured minus true force (mN, all points).
     pub fn noise_mn(&self, count: usize) -> Vec<DVector<f64>> {
         let mut random = Random::new(SEED);
-        let upper = self.precision.l().transpose();
+        let mean = self.known.solve(&self.gap_mn);
+        let upper = self.known.precision.l().transpose();
         let mut draw = || {
-            let normal = DVector::from_fn(self.mean.len(), |_, _| random.normal());
+            let normal = DVector::from_fn(mean.len(), |_, _| random.normal());
             let beside = upper.solve_upper_triangular(&normal)?;
-            Some(&self.gap_mn - &self.force_mn * (&self.mean + beside))
+            Some(&self.gap_mn - &self.force_mn * (&mean + beside))
         };
         (0..count).filter_map(|_| draw()).collect()
     }

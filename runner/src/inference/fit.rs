@@ -160,11 +160,8 @@ pub fn chi_square(
     covariance: &Covariance,
     x: &[f64],
 ) -> Result<Option<f64>, EvaluationFailure> {
-    match problem(setup, active, covariance).residual(x) {
-        Ok(residual) => Ok(Some(residual.iter().map(|r| r * r).sum())),
-        Err(EvaluationFailure::Failed(_)) => Ok(None),
-        Err(stop) => Err(stop),
-    }
+    let residual = EvaluationFailure::or_none(problem(setup, active, covariance).residual(x))?;
+    Ok(residual.map(|residual| residual.iter().map(|r| r * r).sum()))
 }
 
 /// Tolerances of a fit to so many points.

@@ -90,11 +90,7 @@ impl<'a> Setup<'a> {
     /// # Errors
     /// When the user asked to stop.
     pub fn computable_forces_mn(runs: &[Run]) -> Result<Option<Vec<f64>>, EvaluationFailure> {
-        match Self::forces_mn(runs) {
-            Ok(forces) => Ok(Some(forces)),
-            Err(EvaluationFailure::Failed(_)) => Ok(None),
-            Err(EvaluationFailure::Interrupted) => Err(EvaluationFailure::Interrupted),
-        }
+        EvaluationFailure::or_none(Self::forces_mn(runs))
     }
 
     /// Value that a parameter has among those that are set: theirs, or the FMU's own.

@@ -85,15 +85,11 @@ impl Profiler<'_> {
     fn node(&self, target: &Target, by: f64) -> Result<Option<Node>, EvaluationFailure> {
         let x = self.predicted(target, by);
         let mut problem = ForceProblem::new(self.setup, &[]);
-        let computed = problem.residual(&x).and_then(|r| Ok((problem.jacobian(&x, &r)?, r)));
-        match computed {
-            Ok((jacobian_mn, r)) => {
-                let gap_mn = -DVector::from_vec(r);
-                Ok(Some(Node { by, x: DVector::from_vec(x), gap_mn, jacobian_mn }))
-            }
-            Err(EvaluationFailure::Interrupted) => Err(EvaluationFailure::Interrupted),
-            Err(EvaluationFailure::Failed(_)) => Ok(None),
-        }
+        let computed = EvaluationFailure::or_none(problem.with_jacobian(&x))?;
+        Ok(computed.map(|(r, jacobian_mn)| {
+            let gap_mn = -DVector::from_vec(r);
+            Node { by, x: DVector::from_vec(x), gap_mn, jacobian_mn }
+        }))
     }
 
     /// `q` and the rise of chi^2 from the optimum outwards.

@@ -111,11 +111,9 @@ fn at(
     let start = DVector::from_column_slice(&fit.solution.x);
     let x = DVector::from_vec(moved(setup, fit, deviation, z));
     let mut problem = ForceProblem::new(setup, &[]);
-    let computed = problem.residual(x.as_slice()).and_then(|r| Ok((problem.jacobian(x.as_slice(), &r)?, r)));
-    let (jacobian_mn, residual) = match computed {
-        Ok(computed) => computed,
-        Err(EvaluationFailure::Interrupted) => return Err(EvaluationFailure::Interrupted),
-        Err(EvaluationFailure::Failed(_)) => return Ok(None),
+    let Some((residual, jacobian_mn)) = EvaluationFailure::or_none(problem.with_jacobian(x.as_slice()))?
+    else {
+        return Ok(None);
     };
     let stacked = |x: &DVector<f64>, rows: (&DMatrix<f64>, &DVector<f64>)| {
         statistics.stacked(&fit.prior, x, rows, &|_| true)

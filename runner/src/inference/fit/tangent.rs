@@ -32,9 +32,7 @@ impl Tangent {
         prior: &Prior,
         x: &[f64],
     ) -> Result<Self, EvaluationFailure> {
-        let mut problem = ForceProblem::new(setup, active);
-        let difference_mn = problem.residual(x)?;
-        let jacobian_mn = problem.jacobian(x, &difference_mn)?;
+        let (difference_mn, jacobian_mn) = ForceProblem::new(setup, active).with_jacobian(x)?;
         let gap_mn = -DVector::from_vec(difference_mn);
         let covariance = covariance.at(&(DVector::from_vec(setup.measured_mn()) - &gap_mn));
         let linear = linearised(&jacobian_mn, &gap_mn, &covariance, prior, x);

@@ -37,27 +37,20 @@ impl Density for ForceDensity<'_> {
     fn logarithms(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>, EvaluationFailure> {
         // All are started at once; where the model fails there is no density.
         self.problem.prefetch(points);
-        let one = |x: &Vec<f64>| match self.problem.residual(x) {
-            Ok(residual) => Ok(-0.5 * residual.iter().map(|r| r * r).sum::<f64>()),
-            Err(EvaluationFailure::Failed(_)) => Ok(f64::NEG_INFINITY),
-            Err(stop) => Err(stop),
+        let one = |x: &Vec<f64>| {
+            let residual = EvaluationFailure::or_none(self.problem.residual(x))?;
+            Ok(residual.map_or(f64::NEG_INFINITY, |r| -0.5 * r.iter().map(|r| r * r).sum::<f64>()))
         };
         points.iter().map(one).collect()
     }
 
     fn with_gradient(&mut self, x: &[f64]) -> Result<Option<(f64, Vec<f64>)>, EvaluationFailure> {
-        let mut both = || {
-            let residual = self.problem.residual(x)?;
-            let jacobian = self.problem.jacobian(x, &residual)?;
+        let both = EvaluationFailure::or_none(self.problem.with_jacobian(x))?;
+        Ok(both.map(|(residual, jacobian)| {
             let residual = DVector::from_vec(residual);
             let gradient = -jacobian.tr_mul(&residual);
-            Ok((-0.5 * residual.norm_squared(), gradient.as_slice().to_vec()))
-        };
-        match both() {
-            Ok(found) => Ok(Some(found)),
-            Err(EvaluationFailure::Failed(_)) => Ok(None),
-            Err(stop) => Err(stop),
-        }
+            (-0.5 * residual.norm_squared(), gradient.as_slice().to_vec())
+        }))
     }
 }
 
