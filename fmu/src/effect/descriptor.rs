@@ -38,6 +38,8 @@ pub enum Course {
     Linear,
     /// `null (probe / null)^m`; both have the same sign and are not 0.
     Geometric,
+    /// `m probe`: it keeps its ratio to what is linear beside it.
+    Proportional,
     /// `probe` wherever `m` is not 0: a switch, or a value that matters only while the effect acts.
     Switch,
 }
@@ -71,6 +73,7 @@ impl Setting {
             _ if m == 0.0 => self.null,
             Course::Linear => self.null + m * (self.probe - self.null),
             Course::Geometric => self.null * (self.probe / self.null).powf(m),
+            Course::Proportional => m * self.probe,
             Course::Switch => self.probe,
         }
     }
@@ -170,6 +173,10 @@ pub(super) const fn linear(parameter: &'static str, null: f64, probe: f64) -> Se
 
 pub(super) const fn geometric(parameter: &'static str, null: f64, probe: f64) -> Setting {
     Setting { parameter, null, probe, course: Course::Geometric }
+}
+
+pub(super) const fn proportional(parameter: &'static str, null: f64, probe: f64) -> Setting {
+    Setting { parameter, null, probe, course: Course::Proportional }
 }
 
 pub(super) const fn switch(parameter: &'static str, null: f64, probe: f64) -> Setting {

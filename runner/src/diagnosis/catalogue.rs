@@ -103,6 +103,7 @@ fn moved(setting: &Setting, before: f64, magnitude: f64, size: Size) -> f64 {
     match setting.course {
         Course::Linear => before + magnitude * enlarged(setting, size) * (setting.probe - setting.null),
         Course::Geometric => before * (setting.probe / setting.null).powf(magnitude),
+        Course::Proportional => magnitude * enlarged(setting, size) * setting.probe,
         Course::Switch => enlarged(setting, size) * setting.probe,
     }
 }
@@ -118,7 +119,7 @@ fn scale(setting: &Setting, size: Size) -> Option<(f64, String)> {
             Some(shown.unwrap_or((change, String::new())))
         }
         // Powers of the ratio: told as magnitudes.
-        Course::Geometric | Course::Switch => None,
+        Course::Geometric | Course::Proportional | Course::Switch => None,
     }
 }
 

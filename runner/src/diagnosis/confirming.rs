@@ -7,7 +7,6 @@ use super::something_else::{SomethingElse, something_else};
 use crate::fit::IterationRecord;
 use crate::inference::Setup;
 use crate::inference::effect::Candidate;
-use crate::inference::effect::is_continuous;
 use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, fit};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -67,28 +66,24 @@ fn leaves_little(
     [remainder.explained, excess(fit)].iter().all(|left| *left < rest * rest * whole)
 }
 
-/// Distance of a start from a bound.
-const INSIDE: f64 = 0.02;
-
-/// Refits with the candidates `members`, starting at `from` (variables of the parameters) and expected magnitudes.
+/// Refits with the candidates `members` from `start`, parameters and magnitudes.
 ///
 /// # Errors
 /// When the model fails with these effects, or the user asked to stop.
 pub fn refit(
     search: &Search,
-    members: &[(usize, f64)],
-    from: &[f64],
+    members: &[usize],
+    start: Vec<f64>,
     depth: Depth,
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
-    let &Search { setup, candidates, plain, gap, covariance, evaluations, thresholds, .. } = search;
-    let active: Vec<&Candidate> = members.iter().map(|(k, _)| &candidates[*k]).collect();
-    let start = [from, &start_magnitudes(candidates, members)].concat();
+    let &Search { setup, plain, gap, covariance, evaluations, thresholds, .. } = search;
+    let active = search.active(members);
     let plan = FitPlan { start, evaluations, depth };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let remainder = something_else(setup.observations, &found.linear, &found.covariance);
     Ok(Refit {
-        members: members.iter().map(|(k, _)| *k).collect(),
+        members: members.to_vec(),
         alternatives: vec![],
         evidence: found.evidence(&active) - plain.evidence(&[]),
         gain: plain.solution.chi_square - found.misfit(),
@@ -97,15 +92,6 @@ pub fn refit(
         adequacy: adequacy(setup, &found),
         fit: found,
     })
-}
-
-/// Where the magnitudes of a refit begin: inside their ranges, since the optimiser cannot leave a bound on which it starts.
-pub fn start_magnitudes(candidates: &[Candidate], members: &[(usize, f64)]) -> Vec<f64> {
-    let inside = |(k, magnitude): &(usize, f64)| {
-        let (low, high) = candidates[*k].range();
-        is_continuous(&candidates[*k]).then(|| magnitude.clamp(low + INSIDE, high - INSIDE))
-    };
-    members.iter().filter_map(inside).collect()
 }
 
 /// Probability under noise of the worst misfit of any phase or time scale, or of the whole chi^2: the smaller of both, family-wise.

@@ -20,6 +20,7 @@ pub mod experiments;
 mod figures;
 pub mod gap;
 pub mod held_out;
+mod joining;
 pub mod leftover;
 pub mod location;
 mod nested;

@@ -27,12 +27,12 @@ impl Search<'_> {
         shown: &[&Screened],
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
-        let own = single.fit.magnitudes().first().copied().unwrap_or(1.0);
         let mut best: Option<Refit> = None;
         for Partner { promise, alternatives } in self.partners(single, shown)? {
-            let both = [(single.members[0], own), promise.expected()];
-            let members = self.gentle(single.fit.x(), &both, single.fit.solution.chi_square)?;
-            let pair = self.refit(&members, single.fit.x(), Depth::Minimum, say)?;
+            let before = &single.fit.solution;
+            let start = self.joined((&before.x, &single.members), &promise, before.chi_square)?;
+            let members = [single.members[0], promise.candidate];
+            let pair = self.refit(&members, start, Depth::Minimum, say)?;
             let pair = pair.map(|pair| Refit { alternatives, ..pair });
             best = match (best, pair) {
                 (Some(a), Some(b)) => Some(if b.evidence > a.evidence { b } else { a }),
@@ -93,7 +93,8 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
         let size = pair.fit.magnitudes().get(k).copied().unwrap_or(1.0);
-        self.refit(&[(pair.members[k], size)], pair.fit.x(), Depth::Competing, say)
+        let start = self.start(pair.fit.x(), &[(pair.members[k], size)])?;
+        self.refit(&[pair.members[k]], start, Depth::Competing, say)
     }
 
     /// What the rest of a single effect shows best, beyond what the effect's form may leave: one of each look.
@@ -122,7 +123,7 @@ impl Search<'_> {
         let (screened, _) = screening.screen(others.map(|s| s.candidate))?;
         let mut in_rest: Vec<_> = screened
             .iter()
-            .map(|s| (self.promise(s.candidate, &s.signature, &linear), &s.signature))
+            .map(|s| (self.promise(s, &linear, &covariance), &s.signature))
             .filter(|(promise, _)| promise.evidence > self.thresholds.second)
             .collect();
         in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));

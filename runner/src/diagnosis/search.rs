@@ -4,11 +4,12 @@
 //! every effect that these data would show, or seem to show (quick: those that promise most), from where it promises more: the plain
 //! model's fit or the other starts
 //! -> the leaders from the others, too, while the best of them leaves more than noise
+//! -> quick: only then those that promise much less than another has gained; what looks like the best
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows
 //! ```
 
-use super::confirming::{Refit, excess, refit, start_magnitudes};
+use super::confirming::{Refit, excess, refit};
 use super::diagnose::DiagnosisError;
 use super::round::linear_evidence;
 use super::screening::Screened;
@@ -16,8 +17,8 @@ use super::something_else::SomethingElse;
 use super::thresholds::Thresholds;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::Candidate;
-use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH, Tangent, chi_square};
-use crate::inference::{Linearised, Setup, Signature};
+use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH, Tangent, chi_squares};
+use crate::inference::{Linearised, Setup};
 use crate::noise::Covariance;
 use std::collections::VecDeque;
 
@@ -29,13 +30,9 @@ pub(super) const PROMISING: f64 = 0.5;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
-/// A second effect whose expected magnitude does harm begins at this part of it, and at this part of that, ...
-const GENTLER: f64 = 0.25;
-/// so many times.
-const GENTLER_TIMES: usize = 3;
 
 /// What an effect would do for a fit, by its signature.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Promise {
     pub candidate: usize,
     pub magnitude: f64,
@@ -43,16 +40,12 @@ pub(super) struct Promise {
     pub gain: f64,
     /// Twice the logarithm of the evidence.
     pub evidence: f64,
-}
-
-impl Promise {
-    pub fn expected(&self) -> (usize, f64) {
-        (self.candidate, self.magnitude)
-    }
+    /// Change of the fit's variables with the magnitude (of a switch, with it).
+    pub giving_way: Vec<f64>,
 }
 
 /// What an effect promises, and the parameters around which it does.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Beginning<'a> {
     promise: Promise,
     /// Number of effects that promise more there.
@@ -69,6 +62,11 @@ type Beginnings<'a> = Vec<Beginning<'a>>;
 struct Alike<'a> {
     beginnings: Beginnings<'a>,
     other: usize,
+}
+
+/// The best so far.
+fn leader<'a>(found: &'a [(Refit, VecDeque<Beginning>)]) -> Option<&'a Refit> {
+    found.iter().map(|(refit, _)| refit).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
 }
 
 /// What all refits share.
@@ -104,19 +102,28 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
         let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
-        let (first, alike) = self.by_looks(self.beginnings(shown)?, shown);
+        let (first, mut alike) = self.by_looks(self.beginnings(shown)?, shown);
+        let mut outdone = Vec::new();
         for beginnings in first {
-            if !self.is_outdone(&beginnings, &found) {
-                found.extend(self.begin(beginnings, say)?);
-            }
-        }
-        let best = found.iter().max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
-        if let Some(leader) = best.map(|(refit, _)| refit.members[0]) {
-            for like_it in alike.into_iter().filter(|a| a.other == leader).take(QUICK_ALIKE) {
-                found.extend(self.begin(like_it.beginnings, say)?);
+            if self.is_outdone(&beginnings, &found) {
+                outdone.push(beginnings);
+            } else {
+                self.begin_look(beginnings, &mut alike, &mut found, say)?;
             }
         }
         self.begin_elsewhere(&mut found, say)?;
+        if !leader(&found).is_some_and(|best| best.leaves_noise(self.thresholds.significant)) {
+            for beginnings in outdone {
+                self.begin_look(beginnings, &mut alike, &mut found, say)?;
+            }
+            self.begin_elsewhere(&mut found, say)?;
+        }
+        if let Some(best) = leader(&found).map(|refit| refit.members[0]) {
+            for like_it in alike.into_iter().filter(|a| a.other == best).take(QUICK_ALIKE) {
+                found.extend(self.begin(like_it.beginnings, say)?);
+            }
+            self.begin_elsewhere(&mut found, say)?;
+        }
         let mut refits: Vec<Refit> = found.into_iter().map(|(refit, _)| refit).collect();
         self.carry_on(&mut refits, say)?;
         if let Some(best) = refits.first().filter(|best| !best.leaves_noise(self.thresholds.significant)) {
@@ -135,13 +142,13 @@ impl Search<'_> {
     /// better; at the other starts nothing is imitated, but what is promised there is farther from the truth.
     fn beginnings(&self, shown: &[&Screened]) -> Result<Vec<Beginnings<'_>>, DiagnosisError> {
         let missed = excess(self.plain);
-        let promise = |s: &Screened, signature: &Signature, linear: &Linearised| {
-            let promise = self.promise(s.candidate, signature, linear);
+        let promise = |s: &Screened, linear: &Linearised, covariance: &Covariance| {
+            let promise = self.promise(s, linear, covariance);
             // More than the whole gap cannot be gained.
             Promise { gain: promise.gain.min(missed), ..promise }
         };
         let at_fit = |s: &&Screened| {
-            let promise = promise(s, &s.signature, &self.plain.linear);
+            let promise = promise(s, &self.plain.linear, &self.plain.covariance);
             Beginning { promise, rank: 0, x: self.plain.x(), chi_square: self.plain.solution.chi_square }
         };
         let mut points = vec![shown.iter().map(at_fit).collect::<Vec<_>>()];
@@ -150,10 +157,15 @@ impl Search<'_> {
             let Some(Tangent { covariance, linear, .. }) = EvaluationFailure::or_none(there)? else {
                 continue;
             };
-            let Some(chi_square) = chi_square(self.setup, &[], self.covariance, x)? else { continue };
-            let begin = |s: &&Screened| {
-                let promise = promise(s, &linear.signature(&covariance, &s.change_mn), &linear);
-                Beginning { promise, rank: 0, x, chi_square }
+            let here = std::slice::from_ref(x);
+            let [Some(chi_square)] = chi_squares(self.setup, &[], self.covariance, here)?[..] else {
+                continue;
+            };
+            let begin = |s: &&Screened| Beginning {
+                promise: promise(s, &linear, &covariance),
+                rank: 0,
+                x,
+                chi_square,
             };
             points.push(shown.iter().map(begin).collect());
         }
@@ -199,13 +211,37 @@ impl Search<'_> {
         (first, others)
     }
 
-    /// Whether another effect leaves only noise and has gained much more than this one promises, wherever it begins.
+    /// A refit with one effect, and with those that look like it until one does what the look promises: a promise is linear, and may be
+    /// kept by another form of it.
+    fn begin_look<'b>(
+        &self,
+        beginnings: Beginnings<'b>,
+        alike: &mut Vec<Alike<'b>>,
+        found: &mut Vec<(Refit, VecDeque<Beginning<'b>>)>,
+        say: &mut dyn FnMut(String),
+    ) -> Result<(), DiagnosisError> {
+        let promised = beginnings[0].promise.gain;
+        let mut next = Some(beginnings);
+        for _ in 0..=QUICK_ALIKE {
+            let Some(beginnings) = next else { break };
+            let own = beginnings[0].promise.candidate;
+            let begun = self.begin(beginnings, say)?;
+            let keeps_it = begun.as_ref().is_some_and(|(refit, _)| refit.gain >= PROMISING * promised);
+            found.extend(begun);
+            let other = alike.iter().position(|a| a.other == own).filter(|_| !keeps_it);
+            next = other.map(|k| alike.remove(k).beginnings);
+            // What stood behind this effect stands behind the next one.
+            if let Some(next) = next.as_ref().map(|b| b[0].promise.candidate) {
+                alike.iter_mut().filter(|a| a.other == own).for_each(|a| a.other = next);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether another effect has gained much more than this one promises, wherever it begins.
     fn is_outdone(&self, beginnings: &Beginnings, found: &[(Refit, VecDeque<Beginning>)]) -> bool {
         let promised = beginnings.iter().map(|b| b.promise.gain).fold(0.0, f64::max);
-        let does_it = |refit: &Refit| {
-            refit.leaves_noise(self.thresholds.significant) && promised < PROMISING * refit.gain
-        };
-        self.quick && found.iter().any(|(refit, _)| does_it(refit))
+        self.quick && found.iter().any(|(refit, _)| promised < PROMISING * refit.gain)
     }
 
     /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,
@@ -217,7 +253,7 @@ impl Search<'_> {
     ) -> Result<Option<(Refit, VecDeque<Beginning<'b>>)>, DiagnosisError> {
         let mut beginnings = VecDeque::from(beginnings);
         let mut best: Option<Refit> = None;
-        let mut expected = None;
+        let mut first = None;
         let better = |best: &Option<Refit>, found: &Refit| best.as_ref().is_none_or(|b| b.gain < found.gain);
         // A rough fit may end as much above its minimum.
         let is_worse = |best: &Option<Refit>| {
@@ -225,12 +261,11 @@ impl Search<'_> {
         };
         while is_worse(&best) {
             let Some(at) = beginnings.pop_front() else { break };
-            expected.get_or_insert(at.promise.expected());
+            first.get_or_insert(at.promise.clone());
             best = self.begun(&at, say)?.filter(|found| better(&best, found)).or(best);
         }
-        if let Some((candidate, magnitude)) = expected.filter(|_| is_worse(&best)) {
-            let hardly_any = [(candidate, magnitude * GENTLER.powi(GENTLER_TIMES as i32))];
-            let last = self.refit(&hardly_any, self.plain.x(), Depth::Competing, say)?;
+        if let Some(promise) = first.filter(|_| is_worse(&best)) {
+            let last = self.refit(&[promise.candidate], self.hardly_any(&promise)?, Depth::Competing, say)?;
             best = last.filter(|found| better(&best, found)).or(best);
         }
         Ok(best.map(|refit| (refit, beginnings)))
@@ -238,8 +273,8 @@ impl Search<'_> {
 
     /// A refit with one effect.
     fn begun(&self, at: &Beginning, say: &mut dyn FnMut(String)) -> Result<Option<Refit>, DiagnosisError> {
-        let members = self.gentle(at.x, &[at.promise.expected()], at.chi_square)?;
-        self.refit(&members, at.x, Depth::Competing, say)
+        let start = self.joined((at.x, &[]), &at.promise, at.chi_square)?;
+        self.refit(&[at.promise.candidate], start, Depth::Competing, say)
     }
 
     /// The leaders are begun from the other starts, too, while the best of them leaves more than noise.
@@ -273,10 +308,9 @@ impl Search<'_> {
             // A rough fit ends where one more iteration gains less than this part of chi^2.
             let may_gain = ROUGH * found.fit.solution.chi_square;
             if !found.fit.is_at_minimum && found.evidence + may_gain >= least {
-                let sizes = found.fit.magnitudes().first().copied().unwrap_or(1.0);
-                let members = [(found.members[0], sizes)];
-                let x = found.fit.x().to_vec();
-                if let Some(better) = self.refit(&members, &x, Depth::Minimum, say)? {
+                let size = found.fit.magnitudes().first().copied().unwrap_or(1.0);
+                let start = self.start(found.fit.x(), &[(found.members[0], size)])?;
+                if let Some(better) = self.refit(&found.members, start, Depth::Minimum, say)? {
                     *found = better;
                 }
             }
@@ -285,54 +319,33 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// What a signature promises around the linearised model that it belongs to.
-    pub(super) fn promise(&self, candidate: usize, signature: &Signature, linear: &Linearised) -> Promise {
+    /// What an effect promises around a linearised model.
+    pub(super) fn promise(&self, s: &Screened, linear: &Linearised, covariance: &Covariance) -> Promise {
+        let signature = linear.signature(covariance, &s.change_mn);
         let rest = &linear.residual;
         Promise {
-            candidate,
+            candidate: s.candidate,
             magnitude: signature.magnitude(rest).0,
             gain: signature.score(rest).powi(2),
-            evidence: linear_evidence(&self.candidates[candidate], signature, rest),
+            evidence: linear_evidence(&self.candidates[s.candidate], &signature, rest),
+            giving_way: linear.giving_way(covariance, &s.change_mn).as_slice().to_vec(),
         }
-    }
-
-    /// The last of these effects at such a magnitude that the data are met no worse than without it (`before`): a signature is linear, and
-    /// what it asks for may be far beyond.
-    pub(super) fn gentle(
-        &self,
-        x: &[f64],
-        members: &[(usize, f64)],
-        before: f64,
-    ) -> Result<Vec<(usize, f64)>, EvaluationFailure> {
-        let mut members = members.to_vec();
-        let active: Vec<&Candidate> = members.iter().map(|(k, _)| &self.candidates[*k]).collect();
-        for _ in 0..GENTLER_TIMES {
-            let at = [x, &start_magnitudes(self.candidates, &members)].concat();
-            let there = chi_square(self.setup, &active, self.covariance, &at)?;
-            if there.is_some_and(|there| there <= before) {
-                break;
-            }
-            if let Some((_, magnitude)) = members.last_mut() {
-                *magnitude *= GENTLER;
-            }
-        }
-        Ok(members)
     }
 
     /// `None` where the model cannot be computed with these effects: that is no competitor.
     pub(super) fn refit(
         &self,
-        members: &[(usize, f64)],
-        from: &[f64],
+        members: &[usize],
+        start: Vec<f64>,
         depth: Depth,
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
-        let names: Vec<&str> = members.iter().map(|(k, _)| self.candidates[*k].name.as_str()).collect();
+        let names: Vec<&str> = self.active(members).iter().map(|c| c.name.as_str()).collect();
         let what = names.join(" and ");
         let mut watch = |r: &IterationRecord| {
             say(format!("with {what}, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
         };
-        match refit(self, members, from, depth, &mut watch) {
+        match refit(self, members, start, depth, &mut watch) {
             Ok(found) => Ok(Some(found)),
             Err(FitFailure::Evaluation(EvaluationFailure::Interrupted)) => {
                 Err(EvaluationFailure::Interrupted.into())

@@ -19,6 +19,9 @@ pub struct Options {
     pub chi_square_tolerance: f64,
     /// Stop, without an evaluation, when the next full step is expected to lower chi^2 by less than this fraction; 0 always tries it.
     pub foreseen_tolerance: f64,
+    /// Once a longer step was rejected, stop where a shorter one promises, or has made, a smaller change of chi^2 than this fraction: noise of
+    /// the residuals, such as steps of an adaptive solver that come and go, would have the region shrink until it vanishes.
+    pub noise_tolerance: f64,
     /// Stop when a step is shorter than this fraction of |x|.
     pub step_tolerance: f64,
     /// Largest number of residual evaluations (those inside a Jacobian are not counted).
@@ -40,6 +43,7 @@ impl Default for Options {
             gradient_tolerance: 1e-10,
             chi_square_tolerance: 1e-8,
             foreseen_tolerance: 0.0,
+            noise_tolerance: 1e-8,
             step_tolerance: 1e-8,
             max_evaluations: 200,
             max_consecutive_failures: 8,
@@ -57,6 +61,7 @@ impl Options {
         Self {
             gradient_tolerance: 1e-8,
             chi_square_tolerance: 1e-4,
+            noise_tolerance: 1e-4,
             step_tolerance: 1e-6,
             rank_tolerance: jacobian_accuracy,
             initial_radius: Some(1.0),

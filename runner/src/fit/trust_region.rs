@@ -142,10 +142,8 @@ fn iterate<P: Problem + ?Sized>(
             return (None, Some(StopReason::Step));
         }
         let is_full = scaled_norm < 0.95 * *radius;
-        // Where a longer step was rejected, one that promises no change that counts ends it: noise of the residuals, such as steps of
-        // an adaptive solver that come and go, would have the region shrink until it vanishes.
         let least = match (is_full, rejected) {
-            (_, true) => options.chi_square_tolerance,
+            (_, true) => options.noise_tolerance,
             (true, false) => options.foreseen_tolerance,
             (false, false) => 0.0,
         };
@@ -186,9 +184,18 @@ fn iterate<P: Problem + ?Sized>(
         let actual = point.cost - cost_new;
         let ratio = agreement(actual, step.predicted);
         let reductions = (actual, step.predicted);
-        let outcome = termination(reductions, point.cost, step_norm, point.x.norm(), options)
-            // A step that the region cut short says nothing of how far the minimum is.
-            .filter(|stop| *stop == StopReason::Step || is_full || rejected);
+        // A step that the region cut short says nothing of how far the minimum is.
+        let tolerance = match (is_full, rejected) {
+            (true, _) => options.chi_square_tolerance,
+            (false, true) => options.noise_tolerance,
+            (false, false) => 0.0,
+        };
+        let outcome = termination(
+            reductions,
+            tolerance * point.cost,
+            (step_norm, point.x.norm()),
+            options.step_tolerance,
+        );
         let old_radius = *radius;
         if ratio < POOR {
             *radius = 0.25 * scaled_norm;
@@ -329,14 +336,12 @@ pub(super) fn agreement(actual: f64, predicted: f64) -> f64 {
 /// more: with noise in the Jacobian the two need not agree on a change that means nothing.
 fn termination(
     (actual, predicted): (f64, f64),
-    cost: f64,
-    step_norm: f64,
-    x_norm: f64,
-    options: &Options,
+    small: f64,
+    (step_norm, x_norm): (f64, f64),
+    step_tolerance: f64,
 ) -> Option<StopReason> {
-    let small = options.chi_square_tolerance * cost;
     let chi_square = actual.abs() < small && (agreement(actual, predicted) > 0.25 || predicted < small);
-    let step = step_norm < options.step_tolerance * (options.step_tolerance + x_norm);
+    let step = step_norm < step_tolerance * (step_tolerance + x_norm);
     match (chi_square, step) {
         (true, true) => Some(StopReason::ChiSquareChangeAndStep),
         (true, false) => Some(StopReason::ChiSquareChange),

@@ -57,6 +57,7 @@ fn tight() -> Options {
     Options {
         gradient_tolerance: 1e-15,
         chi_square_tolerance: 1e-13,
+        noise_tolerance: 1e-13,
         step_tolerance: 1e-12,
         max_evaluations: 2000,
         ..Options::default()
@@ -320,7 +321,7 @@ fn noise_of_the_residuals_ends_a_fit_that_has_arrived() {
     // Residuals with jumps of a hundredth wherever a solver would take another step: no descent is seen below them.
     let jump = |x: f64| 0.01 * f64::from((1e4 * x).sin() > 0.0);
     let f = |x: &[f64]| vec![x[0] - 1.0, 3.0 + jump(x[0]) + 0.1 * x[1], 2.0 - jump(x[1]) + x[1]];
-    let options = Options { chi_square_tolerance: 1e-4, ..Options::default() };
+    let options = Options { chi_square_tolerance: 1e-4, noise_tolerance: 1e-4, ..Options::default() };
     let solution = solve(2, f, &[4.0, 3.0], &Bounds::none(2), &options);
     assert!(solution.stop.converged() && solution.evaluations < 12, "{solution:?}");
     assert!((solution.x[0] - 1.0).abs() < 0.1 && (solution.x[1] + 2.27).abs() < 0.2, "{:?}", solution.x);

@@ -50,7 +50,7 @@ const FORESEEN: f64 = 0.02;
 const SETTLED: f64 = 0.1;
 /// An iteration that lowers chi^2 by a smaller part ends a rough fit.
 pub const ROUGH: f64 = 3e-2;
-/// An iteration that is expected to lower chi^2 by less than this part of it is not made in a rough fit.
+/// An iteration that is expected to lower chi^2 by less than this part of it is not made in a rough fit, nor a step shorter than one that was rejected.
 const ROUGH_FORESEEN: f64 = 3e-3;
 /// A rough fit with more than this chi^2 per point misses the data, however it is polished.
 const HOPELESS: f64 = 1.3;
@@ -150,18 +150,23 @@ pub(super) fn problem_without_prior<'a>(
     SharedErrors::new(forces, covariance, measured, prior)
 }
 
-/// chi^2 with parameters and magnitudes `x`; `None` where the model cannot be computed.
+/// chi^2 with parameters and magnitudes as in each of `points`, which are computed at once; `None` where the model cannot be computed.
 ///
 /// # Errors
 /// When the user asked to stop.
-pub fn chi_square(
+pub fn chi_squares(
     setup: Setup,
     active: &[&Candidate],
     covariance: &Covariance,
-    x: &[f64],
-) -> Result<Option<f64>, EvaluationFailure> {
-    let residual = EvaluationFailure::or_none(problem(setup, active, covariance).residual(x))?;
-    Ok(residual.map(|residual| residual.iter().map(|r| r * r).sum()))
+    points: &[Vec<f64>],
+) -> Result<Vec<Option<f64>>, EvaluationFailure> {
+    let mut problem = problem(setup, active, covariance);
+    problem.prefetch(points);
+    let one = |x: &Vec<f64>| {
+        let residual = EvaluationFailure::or_none(problem.residual(x))?;
+        Ok(residual.map(|residual| residual.iter().map(|r| r * r).sum()))
+    };
+    points.iter().map(one).collect()
 }
 
 /// Tolerances of a fit to so many points.
@@ -171,6 +176,7 @@ pub(super) fn options(setup: Setup, evaluations: usize) -> Options {
     Options {
         max_evaluations: evaluations,
         chi_square_tolerance: SETTLED / points,
+        noise_tolerance: SETTLED / points,
         foreseen_tolerance: FORESEEN / points,
         ..Options::for_log_parameters(JACOBIAN_ACCURACY[usize::from(setup.is_differentiable())])
     }
@@ -253,6 +259,7 @@ pub fn fit(
     let rough = Options {
         chi_square_tolerance: ROUGH.max(settled.chi_square_tolerance),
         foreseen_tolerance: ROUGH_FORESEEN.max(settled.foreseen_tolerance),
+        noise_tolerance: ROUGH_FORESEEN.max(settled.noise_tolerance),
         ..settled.clone()
     };
     let mut from = |start: &[f64], options: &Options| {

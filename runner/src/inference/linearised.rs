@@ -44,6 +44,15 @@ impl Linearised {
         Signature { s: self.project(&whitened.resize_vertically(self.design.nrows(), 0.0)), norm }
     }
 
+    /// Change of the variables that takes up as much as it can of a change of force `d` (mN): `-(W'W)^-1 W' [inv(L) d; 0]`.
+    pub fn giving_way<W: Whitening>(&self, whitening: &W, d_mn: &DVector<f64>) -> DVector<f64> {
+        let whitened = whitening.apply(d_mn).resize_vertically(self.design.nrows(), 0.0);
+        let r = self.design.clone().qr().r();
+        // Where the design says nothing of a variable, none moves.
+        let step = r.solve_upper_triangular(&-self.basis.tr_mul(&whitened));
+        step.unwrap_or_else(|| DVector::zeros(self.design.ncols()))
+    }
+
     /// ln det (W'W).
     pub fn log_curvature(&self) -> f64 {
         let r = self.design.clone().qr().r();
@@ -110,4 +119,28 @@ impl Signature {
 /// Standard normal distribution; never quite 0, so that its logarithm exists.
 pub fn normal_cdf(z: f64) -> f64 {
     (0.5 * statrs::function::erf::erfc(-z / std::f64::consts::SQRT_2)).max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Covariance;
+
+    /// A constant and a slope, known to 10 before; a parabola, of which both take up what they can.
+    #[test]
+    fn variables_give_way_to_what_is_left_of_an_effect() {
+        let x = DVector::from_fn(20, |i, _| i as f64 / 10.0);
+        let data = DMatrix::from_columns(&[DVector::from_element(20, 1.0), x.clone()]);
+        let mut design = data.resize_vertically(22, 0.0);
+        design[(20, 0)] = 0.1;
+        design[(21, 1)] = 0.1;
+        let fit = Linearised::new(design.clone(), &DVector::zeros(22));
+        let unit = Covariance::new(DVector::from_element(20, 1.0), vec![]);
+        let parabola = x.component_mul(&x);
+        let moved = fit.giving_way(&unit, &parabola);
+        let together = parabola.clone().resize_vertically(22, 0.0) + &design * &moved;
+        approx::assert_relative_eq!(together, fit.signature(&unit, &parabola).s, epsilon = 1e-12);
+        // Its tangent at the middle, turned round.
+        assert!((moved[1] + 1.9).abs() < 0.05 && moved[0] > 0.0, "{moved}");
+    }
 }

@@ -84,6 +84,7 @@ pub fn search_roughly(
     let settled = options(setup, plan.evaluations);
     let earlier = Options {
         chi_square_tolerance: EARLIER * settled.chi_square_tolerance,
+        noise_tolerance: EARLIER * settled.noise_tolerance,
         foreseen_tolerance: EARLIER * settled.foreseen_tolerance,
         ..settled.clone()
     };
