@@ -1,6 +1,7 @@
 //! What confidences are worth: the share of right answers beside them.
 
 use super::binomial::Share;
+use crate::report::plot::{Axis, Chart, Mark, palette};
 use serde::{Deserialize, Serialize};
 
 /// Confidences against what came of them.
@@ -45,6 +46,26 @@ impl Calibration {
         let expected_error = reliability.iter().map(off).sum();
         Self { reliability, expected_error, brier, brier_of_a_constant: share * (1.0 - share) }
     }
+
+    /// The reliability diagram: right answers over the confidence with which they were told, with 90 % intervals.
+    pub fn diagram(&self) -> Chart {
+        let axis = |label| Axis::linear(label).with_range(0.0, 100.0);
+        let percent = |x: f64| 100.0 * x;
+        let blank = Chart::new("", axis("confidence (%)"), axis("right (%)"), (380.0, 340.0));
+        let diagonal = [0.0, 100.0];
+        let mut chart = blank.with(None, palette::GREY, Mark::Dashed, &diagonal, &diagonal);
+        for (mean, share) in &self.reliability {
+            let (low, high) = share.interval();
+            let ends = [low, high].map(percent);
+            chart = chart.with(None, palette::BLUE, Mark::Line, &[percent(*mean); 2], &ends);
+        }
+        let (means, shares): (Vec<f64>, Vec<f64>) = self
+            .reliability
+            .iter()
+            .map(|(mean, s)| (percent(*mean), percent(s.value().unwrap_or(0.0))))
+            .unzip();
+        chart.with(None, palette::BLUE, Mark::Points, &means, &shares)
+    }
 }
 
 #[cfg(test)]
@@ -64,5 +85,16 @@ mod tests {
         let expected = (0.5 + 0.5 + 0.1 + 0.4) / 4.0;
         approx::assert_relative_eq!(found.expected_error, expected, max_relative = 1e-12);
         assert_eq!(Calibration::of(vec![]), Calibration::default());
+    }
+
+    /// Ten answers of 0.8, of which five are right: one point 80 % to the right and half-way up.
+    #[test]
+    fn the_diagram_has_a_point_where_it_belongs() {
+        let chart = Calibration::of((0..10).map(|k| (0.8, k < 5)).collect()).diagram();
+        let [diagonal, interval, points] = &chart.series[..] else { panic!("{} series", chart.series.len()) };
+        assert_eq!(diagonal.x, diagonal.y);
+        assert!(interval.y[0] < 50.0 && 50.0 < interval.y[1], "{:?}", interval.y);
+        approx::assert_relative_eq!(points.x[0], 80.0, max_relative = 1e-12);
+        approx::assert_relative_eq!(points.y[0], 50.0, max_relative = 1e-12);
     }
 }

@@ -105,7 +105,7 @@ pub struct Score {
     /// Score although cases are still without an answer: these are then no longer blind
     #[arg(long)]
     unfinished: bool,
-    /// Where to write the table: PATH.md and PATH.json [default: DIR/scores, in the first folder]
+    /// Where to write the table and the reliability diagram: PATH.md, PATH.json, PATH.svg [default: DIR/scores, in the first folder]
     #[arg(long, short, value_name = "PATH")]
     out: Option<PathBuf>,
 }
@@ -310,6 +310,8 @@ fn score_answers(arguments: &Score) -> CliResult {
     say!("{text}");
     let base = arguments.out.clone().unwrap_or_else(|| first.join("scores"));
     write_file(&base.with_extension("md"), text.as_bytes())?;
+    let diagram = table.diagnosis.confidence.diagram().to_svg();
+    write_file(&base.with_extension("svg"), diagram.as_bytes())?;
     let file = base.with_extension("json");
     write_file(&file, &json(&file, &table)?)?;
     terminal::result(&table)?;
