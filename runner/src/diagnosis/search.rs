@@ -112,21 +112,24 @@ impl Search<'_> {
             }
         }
         self.begin_elsewhere(&mut found, say)?;
-        if !leader(&found).is_some_and(|best| best.leaves_noise(self.thresholds.significant)) {
+        let leaves_noise = |best: &Refit| best.leaves_noise(self.thresholds.significant);
+        if !outdone.is_empty() && !leader(&found).is_some_and(leaves_noise) {
             for beginnings in outdone {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
             }
             self.begin_elsewhere(&mut found, say)?;
         }
-        if let Some(best) = leader(&found).map(|refit| refit.members[0]) {
-            for like_it in alike.into_iter().filter(|a| a.other == best).take(QUICK_ALIKE) {
+        let best = leader(&found).map(|refit| refit.members[0]);
+        alike.retain(|a| Some(a.other) == best);
+        if !alike.is_empty() {
+            for like_it in alike.into_iter().take(QUICK_ALIKE) {
                 found.extend(self.begin(like_it.beginnings, say)?);
             }
             self.begin_elsewhere(&mut found, say)?;
         }
         let mut refits: Vec<Refit> = found.into_iter().map(|(refit, _)| refit).collect();
         self.carry_on(&mut refits, say)?;
-        if let Some(best) = refits.first().filter(|best| !best.leaves_noise(self.thresholds.significant)) {
+        if let Some(best) = refits.first().filter(|best| !leaves_noise(best)) {
             let single = best.evidence;
             if let Some(pair) = self.pair(best, shown, say)? {
                 let pair = self.with_another_first(pair, single, shown, say)?;
