@@ -57,9 +57,7 @@ pub fn seen(
     let observations = observe(measurements, None)?;
     let setup = Setup::new(engine, &observations, &unknowns);
     let x = unknowns.start().to_vec();
-    let mut problem = ForceProblem::new(setup, &[]);
-    let difference_mn = problem.residual(&x)?;
-    let jacobian_mn = problem.jacobian(&x, &difference_mn)?;
+    let (difference_mn, jacobian_mn) = ForceProblem::new(setup, &[]).with_jacobian(&x)?;
     let plain_mn: Vec<f64> = difference_mn.iter().zip(setup.measured_mn()).map(|(d, m)| d + m).collect();
     let covariance = noise_model(&observations, &plain_mn, vec![], &Weights::default())?.covariance;
     let gap_mn = -DVector::from_vec(difference_mn);

@@ -13,7 +13,9 @@ const CONFUSABLE: f64 = 0.9;
 /// A fit, linearised at its optimum.
 #[derive(Debug, Clone)]
 pub struct Linearised {
+    /// `W = Q R`: `Q`, then `R`.
     basis: DMatrix<f64>,
+    triangle: DMatrix<f64>,
     /// `W`.
     pub design: DMatrix<f64>,
     /// Residual (measured minus model) that no refit absorbs, whitened; the prior's rows last.
@@ -26,8 +28,9 @@ impl Linearised {
     /// From the whitened design with the prior's rows last, and the residual (measured minus model) alike.
     pub fn new(design: DMatrix<f64>, residual: &DVector<f64>) -> Self {
         let data = design.nrows() - design.ncols();
-        let basis = design.clone().qr().q();
-        let mut fit = Self { basis, design, residual: DVector::zeros(0), data };
+        let qr = design.clone().qr();
+        let (basis, triangle) = (qr.q(), qr.r());
+        let mut fit = Self { basis, triangle, design, residual: DVector::zeros(0), data };
         fit.residual = fit.project(residual);
         fit
     }
@@ -47,16 +50,14 @@ impl Linearised {
     /// Change of the variables that takes up as much as it can of a change of force `d` (mN): `-(W'W)^-1 W' [inv(L) d; 0]`.
     pub fn giving_way<W: Whitening>(&self, whitening: &W, d_mn: &DVector<f64>) -> DVector<f64> {
         let whitened = whitening.apply(d_mn).resize_vertically(self.design.nrows(), 0.0);
-        let r = self.design.clone().qr().r();
         // Where the design says nothing of a variable, none moves.
-        let step = r.solve_upper_triangular(&-self.basis.tr_mul(&whitened));
+        let step = self.triangle.solve_upper_triangular(&-self.basis.tr_mul(&whitened));
         step.unwrap_or_else(|| DVector::zeros(self.design.ncols()))
     }
 
     /// ln det (W'W).
     pub fn log_curvature(&self) -> f64 {
-        let r = self.design.clone().qr().r();
-        2.0 * r.diagonal().iter().map(|d| d.abs().ln()).sum::<f64>()
+        2.0 * self.triangle.diagonal().iter().map(|d| d.abs().ln()).sum::<f64>()
     }
 }
 

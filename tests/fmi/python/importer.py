@@ -163,7 +163,7 @@ def strange(fmu):
     def process():
         handlers = [signal.getsignal(s) for s in range(1, 32)]
         # Not SigQ, which counts the signals that wait for any process of this user.
-        blocked = [line for line in open("/proc/self/status") if line.startswith(("SigBlk", "SigIgn", "SigCgt"))]
+        blocked = [line for line in open("/proc/self/status") if line.startswith("Sig") and "SigQ" not in line]
         return os.getcwd(), locale.setlocale(locale.LC_ALL), libm.fegetround(), libm.fegetexcept(), handlers, blocked
 
     before = process()
