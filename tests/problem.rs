@@ -193,7 +193,7 @@ impl Problem {
         let mut residual = vec![0.0; x.len()];
         let mut values = vec![0.0; self.sample.map.pattern.rows.len()];
         let stage = Stage { x, old, dt };
-        self.body().assemble(&stage, &mut residual, &mut values).expect("an admissible state");
+        self.body().assemble(&stage, &mut residual, Some(&mut values)).expect("an admissible state");
         (residual, values)
     }
 
@@ -246,15 +246,22 @@ struct Loaded<'a> {
 }
 
 impl System for Loaded<'_> {
-    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
-        let (old, dt) = self.stage;
-        self.body.assemble(&Stage { x, old, dt }, residual, values).map_err(|failed| failed.element)?;
+    fn evaluate(
+        &mut self,
+        x: &[f64],
+        residual: &mut [f64],
+        mut values: Option<&mut [f64]>,
+    ) -> Result<f64, usize> {
+        let (stage, body) = (Stage { x, old: self.stage.0, dt: self.stage.1 }, &self.body);
+        body.assemble(&stage, residual, values.as_deref_mut()).map_err(|failed| failed.element)?;
         let pattern = &self.body.map.pattern;
-        for column in 0..x.len() {
-            let (first, rows) = pattern.column(column);
-            for (value, &row) in values[first..].iter_mut().zip(rows) {
-                if self.prescribed[row as usize].is_some() {
-                    *value = if row as usize == column { 1.0 } else { 0.0 };
+        if let Some(values) = values {
+            for column in 0..x.len() {
+                let (first, rows) = pattern.column(column);
+                for (value, &row) in values[first..].iter_mut().zip(rows) {
+                    if self.prescribed[row as usize].is_some() {
+                        *value = if row as usize == column { 1.0 } else { 0.0 };
+                    }
                 }
             }
         }

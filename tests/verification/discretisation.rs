@@ -33,7 +33,7 @@ fn patch_test() {
     let mut residual = vec![0.0; x.len()];
     let mut values = vec![0.0; sample.map.pattern.rows.len()];
     let stage = Stage { x: &x, old: &old, dt: 0.02 };
-    sample.body(&material).assemble(&stage, &mut residual, &mut values).unwrap();
+    sample.body(&material).assemble(&stage, &mut residual, Some(&mut values)).unwrap();
 
     let [r_max, z_max] = mesh.nodes.iter().fold([0.0_f64; 2], |m, x| [m[0].max(x[0]), m[1].max(x[1])]);
     let largest = residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
@@ -55,10 +55,10 @@ fn patch_test() {
 
 /// Quadratic convergence.
 /// Goal: the assembled tangent is consistent with the residual, history and seepage included.
-/// Set-up: one step of 0.03 s into Table 1's material at 1.6 mm/s after some loading, with the extrapolation
-/// reset so that the start is off.
-/// Reference: Newton's method; each residual at most `C` times the square of the one before, once it
-/// is small. Tolerance: C = 30 in dimensionless residuals, at least two such steps.
+/// Set-up: four steps of 0.03 s into Table 1's material at 1.6 mm/s, then holds of 0.03 to 0.001 s, with the extrapolation
+/// reset so that the starts are off by as much less; the punch is where it is to be from the start.
+/// Reference: Newton's method; the first correction, by the tangent at the start, leaves at most `C` times the square of the
+/// residual. Tolerance: C = 30 in dimensionless residuals, in at least two of the holds above rounding.
 #[test]
 fn newton_converges_quadratically() {
     let mut parameters = Parameters::default();
@@ -66,15 +66,19 @@ fn newton_converges_quadratically() {
     let sample = Sample::shared(&parameters.geometry, &parameters.mesh).unwrap();
     let mut stepper = Stepper::new(&parameters.setup(), sample);
     let mut state = stepper.undeformed(0.0);
-    for _ in 0..4 {
+    let mut step = |stepper: &mut Stepper, velocity: f64, dt: f64| {
         state.trend = Extrapolation::at_rest(state.x.len());
-        state = tests::step(&mut stepper, &state, (1.6e-3 * state.time, 1.6e-3), 0.03);
+        state = tests::step(stepper, &state, (state.outputs.displacement, velocity), dt);
+    };
+    for _ in 0..4 {
+        step(&mut stepper, 1.6e-3, 0.03);
     }
-    let norms = stepper.residual_norms();
     let mut squares = 0;
-    for pair in norms.windows(2).filter(|p| p[0] < 1e-2 && p[1] > 1e-11) {
-        assert!(pair[1] < 30.0 * pair[0] * pair[0], "{norms:?}");
-        squares += 1;
+    for dt in [0.03, 0.01, 0.003, 0.001] {
+        step(&mut stepper, 0.0, dt);
+        let norms = stepper.residual_norms();
+        assert!(norms[1] < (30.0 * norms[0] * norms[0]).max(1e-11), "{norms:?}");
+        squares += usize::from(norms[1] > 1e-11);
     }
-    assert!(squares >= 2, "{norms:?}");
+    assert!(squares >= 2, "{squares}");
 }

@@ -34,16 +34,18 @@ fn at_most(name: &str, count: u64, snapshot: u64) {
     );
 }
 
-/// Goal: P2's first cycle takes no more steps and iterations than it did. Reference: counts of 2026-11-21.
+/// Goal: P2's first cycle takes no more steps, iterations and factorisations than it did. Reference: counts of 2026-11-26.
 #[test]
 fn steps_and_iterations() {
-    for (preset, steps, iterations, cuts) in
-        [(MeshPreset::Coarse, 68, 279, 1), (MeshPreset::Standard, 69, 319, 1), (MeshPreset::Fine, 72, 423, 3)]
-    {
+    for (preset, steps, iterations, factorisations, cuts) in [
+        (MeshPreset::Coarse, 68, 355, 153, 1),
+        (MeshPreset::Standard, 69, 444, 181, 1),
+        (MeshPreset::Fine, 69, 613, 256, 3),
+    ] {
         let s = cycle(parameters(preset, false));
         at_most(&format!("steps, {preset:?}"), s.steps, steps);
         at_most(&format!("iterations, {preset:?}"), s.iterations, iterations);
-        assert_eq!(s.factorisations, s.iterations, "one factorisation per iteration");
+        at_most(&format!("factorisations, {preset:?}"), s.factorisations, factorisations);
         assert!(s.cuts <= cuts, "{preset:?}: {} steps cut", s.cuts);
     }
 }

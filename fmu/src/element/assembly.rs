@@ -3,7 +3,7 @@
 use super::History;
 use super::geometry::{FacePoint, Geometry};
 use super::group::{ElementLoop, Group};
-use super::kernel::{self, ElementSystem, PointState};
+use super::kernel::{self, PointState, Tangent};
 use super::shape::POINTS;
 use crate::law::{IDENTITY, PointMaterial};
 use crate::mesh::{Mesh, NODES, UNKNOWNS};
@@ -69,12 +69,7 @@ impl AssemblyMap {
 
     /// Adds the tangents of a group's elements, entry by entry.
     #[inline(always)]
-    fn scatter_tangent<S: Simd>(
-        &self,
-        group: &Group<S>,
-        tangent: &[[Lanes<S>; UNKNOWNS]; UNKNOWNS],
-        values: &mut [f64],
-    ) {
+    fn scatter_tangent<S: Simd>(&self, group: &Group<S>, tangent: &Tangent<Lanes<S>>, values: &mut [f64]) {
         let positions = &self.positions[group.packet() * ENTRIES..][..ENTRIES];
         for (value, targets) in tangent.as_flattened().iter().zip(positions) {
             for (&value, &target) in value.as_slice().iter().zip(&targets[group.places()]) {
@@ -117,7 +112,7 @@ pub struct Stage<'a> {
 }
 
 impl Body<'_> {
-    /// Residual and tangent of the whole mesh, in SI units and without boundary conditions.
+    /// Residual of the whole mesh, and its tangent where it is asked for, in SI units and without boundary conditions.
     ///
     /// # Errors
     /// The first element that is turned inside out, compacted or too strained.
@@ -125,10 +120,12 @@ impl Body<'_> {
         &self,
         stage: &Stage<'_>,
         residual: &mut [f64],
-        values: &mut [f64],
+        mut values: Option<&mut [f64]>,
     ) -> Result<(), Inadmissible> {
         residual.fill(0.0);
-        values.fill(0.0);
+        if let Some(values) = values.as_deref_mut() {
+            values.fill(0.0);
+        }
         Assemble { body: self, stage, residual, values }.run(self.geometry.elements.len())
     }
 
@@ -139,9 +136,10 @@ impl Body<'_> {
         (stiffness, closed): (f64, &[bool]),
         x: &[f64],
         residual: &mut [f64],
-        values: &mut [f64],
+        values: Option<&mut [f64]>,
     ) {
         self.add_layer_forces((stiffness, closed), x, residual);
+        let Some(values) = values else { return };
         for face in self.layer_points(closed) {
             let place = &face.geometry;
             let traction = stiffness * place.measure;
@@ -179,7 +177,7 @@ pub(super) struct Assemble<'a> {
     pub body: &'a Body<'a>,
     pub stage: &'a Stage<'a>,
     pub residual: &'a mut [f64],
-    pub values: &'a mut [f64],
+    pub values: Option<&'a mut [f64]>,
 }
 
 impl ElementLoop for Assemble<'_> {
@@ -190,10 +188,17 @@ impl ElementLoop for Assemble<'_> {
         let load = closure!(|packet: &Packet| group.load(packet));
         let x = group.unknowns(map, stage.x);
         let old = group.history(stage.old);
-        let mut system = ElementSystem::filled(group.splat(0.0));
-        kernel::evaluate((places, load), material, &x, old.state(), stage.dt, &mut system)?;
-        group.scatter(map, &system.residual, residual);
-        map.scatter_tangent(group, &system.tangent, values);
+        let zero = group.splat(0.0);
+        let (at, old, mut own) = ((places, load), old.state(), [zero; UNKNOWNS]);
+        match values {
+            None => kernel::evaluate(at, material, &x, old, stage.dt, &mut own, None)?,
+            Some(values) => {
+                let mut tangent = [[zero; UNKNOWNS]; UNKNOWNS];
+                kernel::evaluate(at, material, &x, old, stage.dt, &mut own, Some(&mut tangent))?;
+                map.scatter_tangent(group, &tangent, values);
+            }
+        }
+        group.scatter(map, &own, residual);
         Some(())
     }
 }

@@ -12,22 +12,12 @@ use crate::law::{PointMaterial, Voigt, Voigt2};
 use crate::mesh::{CORNERS, NODES, UNKNOWNS};
 use crate::number::{Real, closure, each};
 
-/// Element residual and tangent; unknowns as in [`crate::mesh::Mesh::element_unknowns`].
-#[derive(Debug, Clone)]
-pub struct ElementSystem<T = f64> {
-    /// Internal nodal forces (N), then fluid volumes of the step (m^3).
-    pub residual: [T; UNKNOWNS],
-    /// Derivative of the residual.
-    pub tangent: [[T; UNKNOWNS]; UNKNOWNS],
-}
+/// Internal nodal forces (N), then fluid volumes of the step (m^3) of one element; unknowns as in
+/// [`crate::mesh::Mesh::element_unknowns`].
+pub type Residual<T = f64> = [T; UNKNOWNS];
 
-impl<T: Copy> ElementSystem<T> {
-    /// With the same number everywhere.
-    #[inline(always)]
-    pub fn filled(value: T) -> Self {
-        Self { residual: [value; UNKNOWNS], tangent: [[value; UNKNOWNS]; UNKNOWNS] }
-    }
-}
+/// Derivative of an element's residual.
+pub type Tangent<T = f64> = [[T; UNKNOWNS]; UNKNOWNS];
 
 /// Kinematics at one point of an element.
 #[derive(Debug, Clone, Copy)]
@@ -113,7 +103,8 @@ pub struct PointState<'a, T = f64> {
     pub past_strain: &'a [T],
 }
 
-/// Fills `system` for the unknowns `x` at the end of a step of `dt` (s); `None` when inadmissible (in any lane).
+/// Adds to `residual`, and to `tangent` where it is asked for, for the unknowns `x` at the end of a step of `dt` (s);
+/// `None` when inadmissible (in any lane).
 ///
 /// `load` reads a number of the stored `geometry`.
 #[inline(always)]
@@ -123,9 +114,9 @@ pub fn evaluate<G, T: Real>(
     x: &[T; UNKNOWNS],
     old: PointState<'_, T>,
     dt: f64,
-    system: &mut ElementSystem<T>,
+    residual: &mut Residual<T>,
+    mut tangent: Option<&mut Tangent<T>>,
 ) -> Option<()> {
-    *system = ElementSystem::filled(x[0].constant(0.0));
     let branches = material.branches();
     // Stress of a softening point does not have the direction of the strain that softens it.
     let symmetric = material.weakening().is_none();
@@ -153,19 +144,22 @@ pub fn evaluate<G, T: Real>(
         c[3][3] += pore;
 
         let scaled = closure!(|v: Voigt<T>| each(&v, closure!(|v: T| v * w)));
-        momentum(&point, (&scaled(tau), &each(&c, scaled)), symmetric, system);
-        mass(&point, &place, material, point.dilatation - (old.jacobian[k] - 1.0), dt, system);
+        let law = (scaled(tau), each(&c, scaled));
+        momentum(&point, (&law.0, &law.1), symmetric, residual, tangent.as_deref_mut());
+        let growth = point.dilatation - (old.jacobian[k] - 1.0);
+        mass((&point, &place), material, growth, dt, residual, tangent.as_deref_mut());
     }
     for place in &geometry.volumetric {
         let place = place.load(load);
         let point = Point::at(&place, x)?;
         let (tau, stiffness) = material.volumetric_stress(point.dilatation)?;
-        volumetric(&point, (place.measure * tau, place.measure * stiffness), symmetric, system);
+        let law = (place.measure * tau, place.measure * stiffness);
+        volumetric(&point, law, symmetric, residual, tangent.as_deref_mut());
     }
-    if symmetric {
+    if let Some(tangent) = tangent.filter(|_| symmetric) {
         for i in 0..PRESSURES {
             for j in 0..i {
-                system.tangent[j][i] = system.tangent[i][j];
+                tangent[j][i] = tangent[i][j];
             }
         }
     }
@@ -182,7 +176,8 @@ fn momentum<T: Real>(
     point: &Point<T>,
     (tau, c): (&Voigt<T>, &Voigt2<T>),
     symmetric: bool,
-    system: &mut ElementSystem<T>,
+    residual: &mut Residual<T>,
+    mut tangent: Option<&mut Tangent<T>>,
 ) {
     for b in 0..NODES {
         let ([gr, gz], h) = (point.gradient[b], point.hoop[b]);
@@ -195,14 +190,15 @@ fn momentum<T: Real>(
         let rz = [axial(0), axial(2), axial_shear];
         let zr = [radial(1), radial_shear];
         let zz = [axial(1) + turned[1], axial_shear + turned[0]];
-        system.residual[2 * b] += tau[2].mul_add(h, turned[0]);
-        system.residual[2 * b + 1] += turned[1];
+        residual[2 * b] += tau[2].mul_add(h, turned[0]);
+        residual[2 * b + 1] += turned[1];
+        let Some(tangent) = tangent.as_deref_mut() else { continue };
         for a in if symmetric { b } else { 0 }..NODES {
             let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
             let across =
                 closure!(|v: [T; 3], sum: T| gr.mul_add(v[0], h.mul_add(v[1], gz.mul_add(v[2], sum))));
             let along = closure!(|v: [T; 2], sum: T| gz.mul_add(v[0], gr.mul_add(v[1], sum)));
-            let [r, z] = rows(&mut system.tangent, a);
+            let [r, z] = rows(tangent, a);
             r[2 * b] = across(rr, r[2 * b]);
             r[2 * b + 1] = across(rz, r[2 * b + 1]);
             z[2 * b] = along(zr, z[2 * b]);
@@ -217,7 +213,8 @@ fn volumetric<T: Real>(
     point: &Point<T>,
     (tau, stiffness): (T, T),
     symmetric: bool,
-    system: &mut ElementSystem<T>,
+    residual: &mut Residual<T>,
+    mut tangent: Option<&mut Tangent<T>>,
 ) {
     for b in 0..NODES {
         let ([gr, gz], h) = (point.gradient[b], point.hoop[b]);
@@ -225,11 +222,12 @@ fn volumetric<T: Real>(
         let (rr, tt) = (radial - tau * gr, radial - tau * h);
         let (axial, shear_r, shear_z) = (gz * stiffness, -(tau * gr), -(tau * gz));
         let zz = axial + shear_z;
-        system.residual[2 * b] += (gr + h) * tau;
-        system.residual[2 * b + 1] += gz * tau;
+        residual[2 * b] += (gr + h) * tau;
+        residual[2 * b + 1] += gz * tau;
+        let Some(tangent) = tangent.as_deref_mut() else { continue };
         for a in if symmetric { b } else { 0 }..NODES {
             let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-            let [r, z] = rows(&mut system.tangent, a);
+            let [r, z] = rows(tangent, a);
             r[2 * b] = gr.mul_add(rr, h.mul_add(tt, r[2 * b]));
             r[2 * b + 1] = (gr + h).mul_add(axial, gz.mul_add(shear_r, r[2 * b + 1]));
             z[2 * b] = gz.mul_add(radial, gr.mul_add(shear_z, z[2 * b]));
@@ -248,12 +246,12 @@ fn rows<T>(tangent: &mut [[T; UNKNOWNS]; UNKNOWNS], node: usize) -> [&mut [T; UN
 /// Fluid volumes, and how they depend on the displacements as well as the forces on the pressures.
 #[inline(always)]
 fn mass<T: Real>(
-    point: &Point<T>,
-    place: &PointGeometry<T>,
+    (point, place): (&Point<T>, &PointGeometry<T>),
     material: &PointMaterial,
     growth: T,
     dt: f64,
-    system: &mut ElementSystem<T>,
+    residual: &mut Residual<T>,
+    mut tangent: Option<&mut Tangent<T>>,
 ) {
     let (mobility, slope) = material.darcy.referential_mobility(point.jacobian);
     let (w, wk) = (place.measure, place.measure * mobility * dt);
@@ -265,7 +263,8 @@ fn mass<T: Real>(
         let along = gm[0] * g[0] + gm[1] * g[1];
         let row = PRESSURES + m;
         let share = wj * place.p[m];
-        system.residual[row] += w * place.p[m] * growth + wk * along;
+        residual[row] += w * place.p[m] * growth + wk * along;
+        let Some(tangent) = tangent.as_deref_mut() else { continue };
         // Both gradients are pushed forward: their product changes by -grad q . (l + l^T) . grad p.
         let divergence = w_slope.mul_add(along, share);
         let rr = divergence - wk * gm[0] * g[0] * 2.0;
@@ -273,15 +272,15 @@ fn mass<T: Real>(
         let rz = -(wk * (gm[0] * g[1] + gm[1] * g[0]));
         for a in 0..NODES {
             let ([gr, gz], h) = (point.gradient[a], point.hoop[a]);
-            let fluid = &mut system.tangent[row];
+            let fluid = &mut tangent[row];
             fluid[2 * a] = gr.mul_add(rr, gz.mul_add(rz, h.mul_add(divergence, fluid[2 * a])));
             fluid[2 * a + 1] = gz.mul_add(zz, gr.mul_add(rz, fluid[2 * a + 1]));
-            system.tangent[2 * a][row] -= share * (gr + h);
-            system.tangent[2 * a + 1][row] -= share * gz;
+            tangent[2 * a][row] -= share * (gr + h);
+            tangent[2 * a + 1][row] -= share * gz;
         }
         for n in 0..CORNERS {
             let gn = point.pressure_gradient[n];
-            system.tangent[row][PRESSURES + n] += wk * (gm[0] * gn[0] + gm[1] * gn[1]);
+            tangent[row][PRESSURES + n] += wk * (gm[0] * gn[0] + gm[1] * gn[1]);
         }
     }
 }
@@ -312,14 +311,15 @@ mod tests {
         cv_inverse[3] = [1.1, 0.95, 1.0 / (1.1 * 0.95 - 0.0004), 0.02];
         let old = PointState { jacobian: &jacobian, cv_inverse: &cv_inverse, past_strain: &[] };
         let dt = 0.02;
-        let mut exact = ElementSystem::filled(0.0);
-        evaluate((&geometry, |g| *g), &material, &x, old, dt, &mut exact).unwrap();
+        let (mut residual, mut exact) = ([0.0; UNKNOWNS], [[0.0; UNKNOWNS]; UNKNOWNS]);
+        let at = (&geometry, |g: &f64| *g);
+        evaluate(at, &material, &x, old, dt, &mut residual, Some(&mut exact)).unwrap();
         let block = |k: usize| usize::from(k >= 2 * NODES);
         let mut largest = [[0.0_f64; 2]; 2];
         for i in 0..UNKNOWNS {
             for j in 0..UNKNOWNS {
                 let l = &mut largest[block(i)][block(j)];
-                *l = l.max(exact.tangent[i][j].abs());
+                *l = l.max(exact[i][j].abs());
             }
         }
         for j in 0..UNKNOWNS {
@@ -327,14 +327,14 @@ mod tests {
             let shifted = |s: f64| {
                 let mut y = x;
                 y[j] += s;
-                let mut system = ElementSystem::filled(0.0);
-                evaluate((&geometry, |g| *g), &material, &y, old, dt, &mut system).unwrap();
-                system.residual
+                let mut residual = [0.0; UNKNOWNS];
+                evaluate(at, &material, &y, old, dt, &mut residual, None).unwrap();
+                residual
             };
             let (up, down) = (shifted(h), shifted(-h));
             for i in 0..UNKNOWNS {
                 let slope = (up[i] - down[i]) / (2.0 * h);
-                let error = (slope - exact.tangent[i][j]).abs();
+                let error = (slope - exact[i][j]).abs();
                 assert!(error < 1e-6 * largest[block(i)][block(j)], "({i}, {j}): {error}");
             }
         }

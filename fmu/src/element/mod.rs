@@ -14,4 +14,4 @@ mod tests;
 
 pub use assembly::{AssemblyMap, Body, Inadmissible, Stage, element_history, undeformed};
 pub use history::History;
-pub use kernel::{ElementSystem, Point, PointState};
+pub use kernel::{Point, PointState};

@@ -5,7 +5,7 @@ use super::assembly::{Assemble, AssemblyMap, Body, Inadmissible, Stage, element_
 use super::field::Update;
 use super::geometry::Geometry;
 use super::group::Groups;
-use super::kernel::{ElementSystem, evaluate};
+use super::kernel::evaluate;
 use super::magnitudes::{HistoryByInverseStress, LoadsByMagnitude};
 use super::sensitivity::{HistorySensitivity, ResidualSensitivity, UpdateSensitivity};
 use super::shape::POINTS;
@@ -13,7 +13,7 @@ use crate::law::extensions::Extensions;
 use crate::law::parameters::MaterialParameters;
 use crate::law::softening::Softening;
 use crate::law::{Magnitude, MaterialParameter, PointMaterial};
-use crate::mesh::{Mesh, NODES};
+use crate::mesh::{Mesh, NODES, UNKNOWNS};
 use crate::number::{Packet, on_every_machine};
 use pulp::{Simd, WithSimd};
 
@@ -80,15 +80,16 @@ impl Case {
     fn reference(&self) -> Result<[Vec<f64>; 2], Inadmissible> {
         let mut sums = [vec![0.0; self.x.len()], vec![0.0; self.map.pattern.rows.len()]];
         for element in 0..ELEMENTS {
-            let mut system = ElementSystem::filled(0.0);
+            let (mut residual, mut tangent) = ([0.0; UNKNOWNS], [[0.0; UNKNOWNS]; UNKNOWNS]);
             let places = (&self.geometry.elements[element], |v: &f64| *v);
             let (x, old) = (self.map.gather(element, &self.x), element_history(&self.history, element, 2));
-            evaluate(places, &self.material, &x, old, DT, &mut system).ok_or(Inadmissible { element })?;
+            evaluate(places, &self.material, &x, old, DT, &mut residual, Some(&mut tangent))
+                .ok_or(Inadmissible { element })?;
             let unknowns = &self.map.unknowns[element];
             for (i, &row) in unknowns.iter().enumerate() {
-                sums[0][row as usize] += system.residual[i];
+                sums[0][row as usize] += residual[i];
                 for (j, &column) in unknowns.iter().enumerate() {
-                    sums[1][self.map.pattern.position(row, column) as usize] += system.tangent[i][j];
+                    sums[1][self.map.pattern.position(row, column) as usize] += tangent[i][j];
                 }
             }
         }
@@ -137,8 +138,12 @@ impl WithSimd for Evaluate<'_> {
         let (case, body, stage) = (self.0, &self.0.body(), &self.0.stage());
         let count = COUNT;
         let (mut residual, mut values) = (vec![0.0; case.x.len()], vec![0.0; case.map.pattern.rows.len()]);
-        let work = &mut Assemble { body, stage, residual: &mut residual, values: &mut values };
+        let work = &mut Assemble { body, stage, residual: &mut residual, values: Some(&mut values) };
         simd.vectorize(Groups { work, elements: 0..ELEMENTS })?;
+        let mut alone = vec![0.0; residual.len()];
+        let work = &mut Assemble { body, stage, residual: &mut alone, values: None };
+        simd.vectorize(Groups { work, elements: 0..ELEMENTS })?;
+        assert_eq!(alone, residual, "without its tangent");
         let mut loads = vec![0.0; case.x.len() * count];
         let old = &case.changes;
         let work = &mut ResidualSensitivity { body, stage, old, loads: &mut loads };

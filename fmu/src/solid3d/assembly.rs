@@ -89,7 +89,7 @@ impl AssemblyMap {
         system: &CellSystem,
         condensed: &mut Condensed,
         residual: &mut [f64],
-        values: &mut [f64],
+        values: Option<&mut [f64]>,
     ) {
         let CellMap { unknowns, terms, first } = &self.cells[cell];
         let n = unknowns.len();
@@ -102,6 +102,7 @@ impl AssemblyMap {
         for (&u, r) in unknowns.iter().zip(own_residual) {
             residual[u as usize] += r;
         }
+        let Some(values) = values else { return };
         for (&target, &value) in self.positions[*first..first + n * n].iter().zip(own_tangent) {
             values[target as usize] += value;
         }
@@ -219,13 +220,20 @@ pub struct SolidBody<'a> {
 }
 
 impl SolidBody<'_> {
-    /// Residual and tangent of the whole mesh, in SI units and without boundary conditions.
+    /// Residual of the whole mesh, and its tangent where it is asked for, in SI units and without boundary conditions.
     ///
     /// # Errors
     /// The first cell that is turned inside out, compacted or too strained.
-    pub fn assemble(&self, stage: Stage<'_>, residual: &mut [f64], values: &mut [f64]) -> Result<(), usize> {
+    pub fn assemble(
+        &self,
+        stage: Stage<'_>,
+        residual: &mut [f64],
+        mut values: Option<&mut [f64]>,
+    ) -> Result<(), usize> {
         residual.fill(0.0);
-        values.fill(0.0);
+        if let Some(values) = values.as_deref_mut() {
+            values.fill(0.0);
+        }
         let mut system = Box::<CellSystem>::default();
         let mut condensed = Condensed::default();
         let branches = self.material.branches();
@@ -233,7 +241,7 @@ impl SolidBody<'_> {
             let x_c = self.map.gather(cell, stage.x);
             let history = cell_history(stage.old, cell, branches);
             kernel::evaluate(points, self.material, &x_c, history, stage.dt, &mut system).ok_or(cell)?;
-            self.map.scatter(cell, &system, &mut condensed, residual, values);
+            self.map.scatter(cell, &system, &mut condensed, residual, values.as_deref_mut());
         }
         Ok(())
     }

@@ -124,9 +124,14 @@ struct StageSystem<'a> {
 }
 
 impl System for StageSystem<'_> {
-    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
+    fn evaluate(
+        &mut self,
+        x: &[f64],
+        residual: &mut [f64],
+        mut values: Option<&mut [f64]>,
+    ) -> Result<f64, usize> {
         let stage = Stage { x, old: self.history, dt: self.dt };
-        self.body.assemble(stage, residual, values)?;
+        self.body.assemble(stage, residual, values.as_deref_mut())?;
         let map = self.body.map;
         self.raw_residual.copy_from_slice(residual);
         // Scale of every row; 0 where the row is replaced by the identity's.
@@ -136,14 +141,16 @@ impl System for StageSystem<'_> {
             .zip(&self.conditions.unknowns)
             .map(|(scale, c)| if *c == Condition::Free { scale / self.energy_scale } else { 0.0 })
             .collect();
-        for column in 0..x.len() {
-            let (first, rows) = map.pattern.column(column);
-            let scale = self.column_scale[column];
-            for (value, &row) in values[first..first + rows.len()].iter_mut().zip(rows) {
-                *value *= scale * row_scale[row as usize];
-            }
-            if self.conditions.unknowns[column] != Condition::Free {
-                values[map.pattern.position(column as u32, column as u32) as usize] = 1.0;
+        if let Some(values) = values {
+            for column in 0..x.len() {
+                let (first, rows) = map.pattern.column(column);
+                let scale = self.column_scale[column];
+                for (value, &row) in values[first..first + rows.len()].iter_mut().zip(rows) {
+                    *value *= scale * row_scale[row as usize];
+                }
+                if self.conditions.unknowns[column] != Condition::Free {
+                    values[map.pattern.position(column as u32, column as u32) as usize] = 1.0;
+                }
             }
         }
         let mut square = 0.0;

@@ -147,6 +147,24 @@ impl LinearSolver {
         solve_by_partial_pivoting(symbolic, numeric, rhs)
     }
 
+    /// Solves in place for one right-hand side with the factors that there are, without a check.
+    ///
+    /// # Errors
+    /// When there are none.
+    pub fn solve_roughly(&mut self, rhs: &mut [f64]) -> Result<(), Singular> {
+        match &self.factors {
+            Factors::None => Err(Singular),
+            Factors::Multifrontal => {
+                self.numeric.solve_in_place(rhs, 1);
+                Ok(())
+            }
+            Factors::PartialPivoting(numeric) => {
+                let symbolic = self.structure.fallback().ok_or(Singular)?;
+                solve_by_partial_pivoting(symbolic, numeric, rhs)
+            }
+        }
+    }
+
     fn fall_back(&mut self, values: &[f64]) -> Result<(), Singular> {
         self.fallbacks += 1;
         self.pivot_partially(values)

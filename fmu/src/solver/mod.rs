@@ -1,5 +1,6 @@
 //! Sparse linear algebra, Newton iteration, time scheme.
 
+mod broyden;
 pub mod linear;
 pub mod multifrontal;
 pub mod newton;

@@ -1,5 +1,6 @@
 //! Newton iteration with line search for one implicit stage.
 
+use super::broyden::Secants;
 use super::linear::Singular;
 use crate::outputs::Statistics;
 use thiserror::Error;
@@ -11,6 +12,8 @@ const MAX_HALVINGS: usize = 6;
 const NEGLIGIBLE: f64 = 1e-7;
 /// Armijo-like factor: a full step is taken unless the residual hardly falls.
 const SUFFICIENT: f64 = 0.9;
+/// A new tangent and its factors cost as much as this many corrections with old ones.
+const CORRECTIONS: i32 = 5;
 
 /// Why an iteration ended without a solution.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -48,18 +51,30 @@ pub struct Aim {
 
 /// A system of equations with Dirichlet conditions; residual and tangent are dimensionless.
 pub trait System {
-    /// Residual and tangent values at `x`; rows of constrained unknowns hold `(x - prescribed) / scale`
-    /// and the identity. Returns the norm of the unconstrained part of the residual.
+    /// Residual at `x`, and the tangent's values where they are asked for; rows of constrained unknowns hold
+    /// `(x - prescribed) / scale` and the identity. Returns the norm of the unconstrained part of the residual.
     ///
     /// # Errors
     /// The element that cannot be evaluated.
-    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize>;
+    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: Option<&mut [f64]>)
+    -> Result<f64, usize>;
 
     /// Solves the linear system in place for a correction; `correction` holds the residual.
     ///
     /// # Errors
     /// When the tangent is singular.
     fn correct(&mut self, values: &[f64], correction: &mut [f64], aim: Aim) -> Result<(), Singular>;
+
+    /// Whether the last tangent's factors can be used again, by [`Self::correct_again`].
+    const KEEPS_FACTORS: bool = false;
+
+    /// The same as [`Self::correct`] with these factors, as far as they go.
+    ///
+    /// # Errors
+    /// Where there are none.
+    fn correct_again(&mut self, _correction: &mut [f64]) -> Result<(), Singular> {
+        Err(Singular)
+    }
 
     /// Units of the unknowns: a correction is the solution of the scaled system times these.
     fn scale(&self) -> &[f64];
@@ -75,33 +90,45 @@ pub struct Workspace {
     values: Vec<f64>,
     correction: Vec<f64>,
     trial: Vec<f64>,
+    secants: Secants,
 }
 
 impl Workspace {
     /// For `unknowns` and `entries` of the tangent.
     pub fn new(unknowns: usize, entries: usize) -> Self {
         let zeros = || vec![0.0; unknowns];
-        Self { residual: zeros(), values: vec![0.0; entries], correction: zeros(), trial: zeros() }
+        let values = vec![0.0; entries];
+        Self { residual: zeros(), values, correction: zeros(), trial: zeros(), secants: Secants::default() }
     }
 
-    /// Values of the dimensionless tangent where the last iteration ended.
+    /// Values of the dimensionless tangent where it was evaluated last.
     pub fn tangent(&self) -> &[f64] {
         &self.values
+    }
+
+    /// Residual and tangent of a system; returns the norm.
+    ///
+    /// # Errors
+    /// The element that cannot be evaluated.
+    pub fn evaluate(&mut self, system: &mut impl System, x: &[f64]) -> Result<f64, usize> {
+        system.evaluate(x, &mut self.residual, Some(&mut self.values))
     }
 }
 
 /// Iterates `x` to a residual norm below `tolerance`; returns the norms of all iterations.
 ///
+/// Where a system keeps its factors, the corrections after that with a new tangent are made with the same factors as long as these
+/// lead to the solution soon (simplified Newton iteration). The system was evaluated last at the solution.
+///
 /// # Errors
 /// The reason why there is no solution; `x` is then undefined.
-pub fn solve(
-    system: &mut impl System,
+pub fn solve<S: System>(
+    system: &mut S,
     work: &mut Workspace,
     x: &mut [f64],
     tolerance: f64,
 ) -> Result<Vec<f64>, NewtonFailure> {
-    let Workspace { residual, values, correction, trial } = work;
-    let mut norm = system.evaluate(x, residual, values).map_err(NewtonFailure::Inadmissible)?;
+    let mut norm = work.evaluate(system, x).map_err(NewtonFailure::Inadmissible)?;
     let mut norms = vec![norm];
     // The starting point need not satisfy the Dirichlet conditions: the first correction imposes them.
     let mut constrained = false;
@@ -109,6 +136,10 @@ pub fn solve(
         if constrained && norm <= tolerance {
             return Ok(norms);
         }
+        if S::KEEPS_FACTORS && iteration > 0 {
+            norm = work.evaluate(system, x).map_err(NewtonFailure::Inadmissible)?;
+        }
+        let Workspace { residual, values, correction, trial, secants } = work;
         system.statistics().iterations += 1;
         correction.copy_from_slice(residual);
         system
@@ -116,6 +147,8 @@ pub fn solve(
             .map_err(|_| NewtonFailure::Singular(iteration))?;
         let largest = correction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let negligible = constrained && largest <= NEGLIGIBLE;
+        secants.clear();
+        secants.note(correction);
         for (c, s) in correction.iter_mut().zip(system.scale()) {
             *c *= s;
         }
@@ -128,7 +161,9 @@ pub fn solve(
             for ((t, x), c) in trial.iter_mut().zip(x.iter()).zip(correction.iter()) {
                 *t = x - step * c;
             }
-            let evaluated = system.evaluate(trial, residual, values);
+            // The next corrections may do without the tangent.
+            let tangent = (!S::KEEPS_FACTORS).then_some(&mut values[..]);
+            let evaluated = system.evaluate(trial, residual, tangent);
             let last = halvings == MAX_HALVINGS;
             match evaluated {
                 // The first, constraint-imposing step may raise the residual.
@@ -137,8 +172,8 @@ pub fn solve(
                 }
                 Ok(n) if n.is_finite() && last && n < norm => break n,
                 Ok(n) if n.is_finite() && negligible => {
-                    // Tangent and reaction shall be those of the solution, not of the trial.
-                    system.evaluate(x, residual, values).map_err(NewtonFailure::Inadmissible)?;
+                    // What is read from the system shall be the solution's, not the trial's.
+                    system.evaluate(x, residual, Some(values)).map_err(NewtonFailure::Inadmissible)?;
                     return Ok(norms);
                 }
                 Err(element) if last || !constrained => return Err(NewtonFailure::Inadmissible(element)),
@@ -149,15 +184,62 @@ pub fn solve(
             }
             halvings += 1;
             step *= 0.5;
+            secants.clear();
         };
         constrained = true;
         x.copy_from_slice(trial);
         norms.push(norm);
+        if S::KEEPS_FACTORS {
+            norm = correct_again(system, work, x, &mut norms, tolerance)?;
+        }
     }
     if norm <= tolerance {
         return Ok(norms);
     }
     Err(NewtonFailure::NotConverged { iterations: MAX_ITERATIONS, residual: norm })
+}
+
+/// Corrects `x` with the factors that there are, as long as they lead to the solution soon; returns the last norm.
+fn correct_again(
+    system: &mut impl System,
+    work: &mut Workspace,
+    x: &mut [f64],
+    norms: &mut Vec<f64>,
+    tolerance: f64,
+) -> Result<f64, NewtonFailure> {
+    let Workspace { residual, correction, trial, secants, .. } = work;
+    let mut norm = norms.last().copied().unwrap_or(f64::INFINITY);
+    while norm > tolerance {
+        correction.copy_from_slice(residual);
+        system.correct_again(correction).map_err(|_| NewtonFailure::Singular(norms.len()))?;
+        if !secants.improve(correction) {
+            break;
+        }
+        secants.note(correction);
+        system.statistics().iterations += 1;
+        for (((t, x), c), scale) in trial.iter_mut().zip(x.iter()).zip(correction.iter()).zip(system.scale())
+        {
+            *t = x - scale * c;
+        }
+        match system.evaluate(trial, residual, None) {
+            Ok(next) if next <= tolerance.max(SUFFICIENT * norm) => {
+                let is_soon = leads_soon(norm, next, tolerance);
+                norm = next;
+                x.copy_from_slice(trial);
+                norms.push(norm);
+                if !is_soon {
+                    break;
+                }
+            }
+            _ => break,
+        }
+    }
+    Ok(norm)
+}
+
+/// Whether a few more corrections that each lower the residual as the last one did, from `before` to `norm`, end below the tolerance.
+fn leads_soon(before: f64, norm: f64, tolerance: f64) -> bool {
+    norm * (norm / before).powi(CORRECTIONS) <= tolerance
 }
 
 #[cfg(test)]
@@ -171,10 +253,17 @@ mod tests {
     }
 
     impl System for Rounded {
-        fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
+        fn evaluate(
+            &mut self,
+            x: &[f64],
+            residual: &mut [f64],
+            values: Option<&mut [f64]>,
+        ) -> Result<f64, usize> {
             self.evaluated = x[0];
             residual[0] = if x[0].abs() > 1e-6 { x[0] } else { 1e-8_f64.copysign(x[0]) };
-            values[0] = 1.0;
+            if let Some(values) = values {
+                values[0] = 1.0;
+            }
             Ok(residual[0].abs())
         }
 
@@ -200,5 +289,74 @@ mod tests {
         solve(&mut system, &mut work, &mut x, 1e-12).unwrap();
         assert_eq!(system.statistics.iterations, 2, "the iteration must end by a negligible correction");
         assert_eq!(system.evaluated, x[0]);
+    }
+
+    /// `x + bend x^2 = 1` twice, coupled weakly; knows how often its tangent was factorised.
+    struct Bent {
+        bend: f64,
+        factors: [f64; 2],
+        factorisations: usize,
+        statistics: Statistics,
+    }
+
+    impl System for Bent {
+        fn evaluate(
+            &mut self,
+            x: &[f64],
+            residual: &mut [f64],
+            values: Option<&mut [f64]>,
+        ) -> Result<f64, usize> {
+            let row = |i: usize| x[i] + self.bend * x[i] * x[i] + 1e-2 * x[1 - i] * x[1 - i] - 1.0;
+            (residual[0], residual[1]) = (row(0), row(1));
+            if let Some(values) = values {
+                values.copy_from_slice(&[1.0 + 2.0 * self.bend * x[0], 1.0 + 2.0 * self.bend * x[1]]);
+            }
+            Ok(residual[0].hypot(residual[1]))
+        }
+
+        fn correct(&mut self, values: &[f64], correction: &mut [f64], _: Aim) -> Result<(), Singular> {
+            self.factorisations += 1;
+            self.factors.copy_from_slice(values);
+            self.correct_again(correction)
+        }
+
+        const KEEPS_FACTORS: bool = true;
+
+        fn correct_again(&mut self, correction: &mut [f64]) -> Result<(), Singular> {
+            correction.iter_mut().zip(self.factors).for_each(|(c, factor)| *c /= factor);
+            Ok(())
+        }
+
+        fn scale(&self) -> &[f64] {
+            &[1.0, 1.0]
+        }
+
+        fn statistics(&mut self) -> &mut Statistics {
+            &mut self.statistics
+        }
+    }
+
+    /// Iterations and factorisations until 1e-9, from a distance.
+    fn solved(bend: f64, from: f64) -> (u64, usize) {
+        let statistics = Statistics::default();
+        let mut system = Bent { bend, factors: [f64::NAN; 2], factorisations: 0, statistics };
+        let (mut work, mut x) = (Workspace::new(2, 2), [from, from]);
+        let norms = solve(&mut system, &mut work, &mut x, 1e-9).unwrap();
+        let mut residual = [0.0; 2];
+        assert!(system.evaluate(&x, &mut residual, None).unwrap() <= 1e-9, "{norms:?}");
+        (system.statistics.iterations, system.factorisations)
+    }
+
+    #[test]
+    fn near_the_solution_one_factorisation_serves_all_corrections() {
+        let (iterations, factorisations) = solved(0.1, 0.9);
+        assert_eq!(factorisations, 1);
+        assert!((3..=6).contains(&iterations), "{iterations}");
+    }
+
+    #[test]
+    fn factors_that_lead_nowhere_soon_are_replaced() {
+        let (iterations, factorisations) = solved(10.0, 5.0);
+        assert!((2..iterations as usize).contains(&factorisations), "{factorisations} of {iterations}");
     }
 }

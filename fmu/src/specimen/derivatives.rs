@@ -8,6 +8,7 @@
 //! and the stages in which nodes are touched, released or let slide are the computed curve's own: they stay fixed, and
 //! where another parameter would move such an event the derivative of the curve jumps there.
 
+use super::step::Task;
 use super::stepper::Stepper;
 use crate::contact::conditions::Condition;
 use crate::contact::status::Contact;
@@ -90,8 +91,10 @@ impl Stepper {
         &mut self,
         at: &Converged<'_>,
         remembered: &ContactSensitivity,
+        task: &Task<'_>,
         statistics: &mut Statistics,
     ) -> Result<Changes, NewtonFailure> {
+        self.linearise(at.stage.x, task, statistics)?;
         let (x, unknowns) = (at.stage.x, at.stage.x.len());
         let (places, mut loads) = (self.places(), vec![0.0; self.parameters * unknowns]);
         self.sample.body(&self.material).residual_sensitivity(&at.stage, at.history, &mut loads)?;
@@ -206,7 +209,7 @@ impl Stepper {
         body.residual_sensitivity(&at.stage, at.history, &mut forces)?;
         let pattern = &self.sample.map.pattern;
         let (mut residual, mut tangent) = (vec![0.0; unknowns], vec![0.0; pattern.rows.len()]);
-        body.assemble(&at.stage, &mut residual, &mut tangent)?;
+        body.assemble(&at.stage, &mut residual, Some(&mut tangent))?;
         for (force, change) in forces.chunks_exact_mut(unknowns).zip(changes.x.chunks_exact(unknowns)) {
             for (column, change) in change.iter().enumerate() {
                 let (first, rows) = pattern.column(column);

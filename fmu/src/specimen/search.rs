@@ -4,7 +4,7 @@ use super::step::{Patience, Task};
 use super::stepper::Stepper;
 use super::system::{Drag, StageSystem};
 use crate::outputs::Statistics;
-use crate::solver::newton::{self, NewtonFailure};
+use crate::solver::newton::{self, NewtonFailure, Workspace};
 
 /// Dimensionless stiffness of the drag on the nodes at first, and its changes after a success and a failure.
 const FIRST_DRAG: f64 = 1e-2;
@@ -66,12 +66,35 @@ impl Stepper {
         drag: Option<Drag<'_>>,
         statistics: &mut Statistics,
     ) -> Result<(), NewtonFailure> {
-        let energy_scale = self.energy_scale();
-        let mut system = StageSystem {
+        let tolerance = self.tolerance;
+        let (mut system, work) = self.stage_system(task, drag, statistics);
+        self.residual_norms = newton::solve(&mut system, work, x, tolerance)?;
+        Ok(())
+    }
+
+    /// Forms the tangent at the solution `x` of a stage.
+    pub(super) fn linearise(
+        &mut self,
+        x: &[f64],
+        task: &Task<'_>,
+        statistics: &mut Statistics,
+    ) -> Result<(), NewtonFailure> {
+        let (mut system, work) = self.stage_system(task, None, statistics);
+        work.evaluate(&mut system, x).map(drop).map_err(NewtonFailure::Inadmissible)
+    }
+
+    /// One stage's equations, and the vectors of their iteration.
+    fn stage_system<'a>(
+        &'a mut self,
+        task: &Task<'a>,
+        drag: Option<Drag<'a>>,
+        statistics: &'a mut Statistics,
+    ) -> (StageSystem<'a>, &'a mut Workspace) {
+        let system = StageSystem {
+            energy_scale: self.energy_scale(),
             body: self.sample.body(&self.material),
             conditions: &self.conditions,
             column_scale: &self.column_scale,
-            energy_scale,
             history: task.start.history,
             dt: task.length,
             displacement: task.displacement,
@@ -84,7 +107,6 @@ impl Stepper {
             linear: &mut self.linear,
             statistics,
         };
-        self.residual_norms = newton::solve(&mut system, &mut self.work, x, self.tolerance)?;
-        Ok(())
+        (system, &mut self.work)
     }
 }

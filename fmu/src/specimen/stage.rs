@@ -76,7 +76,7 @@ impl Discretisation for Stepper {
             None => None,
             Some((start, mut remembered)) => {
                 let at = Converged { stage, contact: &contact, history: &start.history };
-                let changes = self.differentiate(&at, &remembered, statistics)?;
+                let changes = self.differentiate(&at, &remembered, task, statistics)?;
                 self.note_contact(&at, &next, &changes, &mut remembered)?;
                 Some(self.continue_sensitivity(&at, task.reach, &changes, remembered)?)
             }
@@ -118,7 +118,7 @@ impl Stepper {
             {
                 let stage = Stage { x: &x, old: start.history, dt: task.length };
                 let at = Converged { stage, contact: &contact, history: &start_changes.history };
-                let changes = self.differentiate(&at, remembered, statistics)?;
+                let changes = self.differentiate(&at, remembered, task, statistics)?;
                 self.note_contact(&at, &next, &changes, remembered)?;
             }
             contact = next;

@@ -89,7 +89,7 @@ impl Stepper {
         self.stress_scale * self.length_scale.powi(3)
     }
 
-    /// Values of the dimensionless tangent where the last stage ended, in the order of the sample's pattern.
+    /// Values of the dimensionless tangent that was formed last, in the order of the sample's pattern.
     pub fn tangent(&self) -> &[f64] {
         self.work.tangent()
     }

@@ -38,26 +38,11 @@ pub(super) struct StageSystem<'a> {
     pub statistics: &'a mut Statistics,
 }
 
-impl System for StageSystem<'_> {
-    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], values: &mut [f64]) -> Result<f64, usize> {
-        let stage = Stage { x, old: self.history, dt: self.dt };
-        self.body.assemble(&stage, residual, values).map_err(|failed| failed.element)?;
-        if let Some(stiffness) = self.shear_layer {
-            self.body.add_shear_layer((stiffness, &self.conditions.closed_points), x, residual, values);
-        }
-        self.raw_residual.copy_from_slice(residual);
-        let indentation = if self.compliance == 0.0 {
-            self.displacement
-        } else {
-            self.displacement - self.compliance * self.conditions.reaction(self.raw_residual)
-        };
-        for &(axial, pull) in &self.conditions.pulls {
-            residual[axial] -= pull;
-        }
-        let guides: Vec<(usize, Guide)> =
-            self.conditions.slides.iter().map(|s| (s.radial, s.at(self.profile, x))).collect();
+impl StageSystem<'_> {
+    /// Scales the tangent and puts the conditions' rows into it; `residual` are the nodal forces less the adhesive pulls.
+    fn constrain(&mut self, guides: &[(usize, Guide)], residual: &[f64], values: &mut [f64]) {
         let pattern = &self.body.map.pattern;
-        for (radial, guide) in &guides {
+        for (radial, guide) in guides {
             // The pattern is symmetric: these are the columns that have an entry in the row.
             for &column in pattern.column(*radial).1 {
                 // The axial unknown of a node follows its radial one.
@@ -76,7 +61,7 @@ impl System for StageSystem<'_> {
         };
         let parts: Vec<(f64, bool)> =
             self.column_scale.iter().zip(&self.conditions.unknowns).map(part).collect();
-        for column in 0..x.len() {
+        for column in 0..self.column_scale.len() {
             let (first, rows) = pattern.column(column);
             let scale = self.column_scale[column] / self.energy_scale;
             let mut reaction = 0.0;
@@ -93,11 +78,57 @@ impl System for StageSystem<'_> {
             }
             self.reaction_row[column] = reaction;
         }
+        for (radial, guide) in guides {
+            // Where the node slides, the face's height changes with its slope.
+            values[pattern.position(*radial as u32 + 1, *radial as u32) as usize] -= guide.face.slope;
+        }
+    }
+
+    /// Solves for a correction with the factors that there are; where the machine gives way, the punch moves with it.
+    fn solve(
+        &mut self,
+        correction: &mut [f64],
+        by: impl Fn(&mut LinearSolver, &mut [f64]) -> Result<(), Singular>,
+    ) -> Result<(), Singular> {
+        let Self { conditions, column_scale, compliance, linear, reaction_row, .. } = self;
+        by(linear, correction)?;
+        if *compliance != 0.0 {
+            let unit = UnitMotion::new(conditions, column_scale, reaction_row, |rhs| by(linear, rhs))?;
+            unit.couple(*compliance, column_scale, reaction_row, correction);
+        }
+        Ok(())
+    }
+}
+
+impl System for StageSystem<'_> {
+    fn evaluate(
+        &mut self,
+        x: &[f64],
+        residual: &mut [f64],
+        mut values: Option<&mut [f64]>,
+    ) -> Result<f64, usize> {
+        let stage = Stage { x, old: self.history, dt: self.dt };
+        self.body.assemble(&stage, residual, values.as_deref_mut()).map_err(|failed| failed.element)?;
+        if let Some(stiffness) = self.shear_layer {
+            let layer = (stiffness, &self.conditions.closed_points[..]);
+            self.body.add_shear_layer(layer, x, residual, values.as_deref_mut());
+        }
+        self.raw_residual.copy_from_slice(residual);
+        let indentation = if self.compliance == 0.0 {
+            self.displacement
+        } else {
+            self.displacement - self.compliance * self.conditions.reaction(self.raw_residual)
+        };
+        for &(axial, pull) in &self.conditions.pulls {
+            residual[axial] -= pull;
+        }
+        let guides: Vec<(usize, Guide)> =
+            self.conditions.slides.iter().map(|s| (s.radial, s.at(self.profile, x))).collect();
+        if let Some(values) = values.as_deref_mut() {
+            self.constrain(&guides, residual, values);
+        }
         for ((radial, guide), slide) in guides.iter().zip(&self.conditions.slides) {
             residual[*radial] += guide.ratio * residual[radial + 1] - slide.friction * slide.adhesion;
-            // Where the node slides, the face's height changes with its slope.
-            values[self.body.map.pattern.position(*radial as u32 + 1, *radial as u32) as usize] -=
-                guide.face.slope;
         }
         for (unknown, r) in residual.iter_mut().enumerate() {
             let scale = self.column_scale[unknown];
@@ -123,8 +154,10 @@ impl System for StageSystem<'_> {
                 if *condition == Condition::Free && !is_pressure {
                     let moved = (x[unknown] - drag.from[unknown]) / self.column_scale[unknown];
                     residual[unknown] += drag.stiffness * moved;
-                    let diagonal = self.body.map.pattern.position(unknown as u32, unknown as u32);
-                    values[diagonal as usize] += drag.stiffness;
+                    if let Some(values) = values.as_deref_mut() {
+                        let diagonal = self.body.map.pattern.position(unknown as u32, unknown as u32);
+                        values[diagonal as usize] += drag.stiffness;
+                    }
                 }
             }
         }
@@ -143,15 +176,14 @@ impl System for StageSystem<'_> {
 
     fn correct(&mut self, values: &[f64], correction: &mut [f64], _: Aim) -> Result<(), Singular> {
         self.statistics.factorisations += 1;
-        self.linear.solve(values, correction)?;
-        if self.compliance == 0.0 {
-            return Ok(());
-        }
-        let unit = UnitMotion::new(self.conditions, self.column_scale, self.reaction_row, |rhs| {
-            self.linear.solve_again(values, rhs)
-        })?;
-        unit.couple(self.compliance, self.column_scale, self.reaction_row, correction);
-        Ok(())
+        self.linear.factorise(values)?;
+        self.solve(correction, |linear, rhs| linear.solve_again(values, rhs))
+    }
+
+    const KEEPS_FACTORS: bool = true;
+
+    fn correct_again(&mut self, correction: &mut [f64]) -> Result<(), Singular> {
+        self.solve(correction, LinearSolver::solve_roughly)
     }
 
     fn scale(&self) -> &[f64] {
