@@ -18,11 +18,11 @@ use nalgebra::DVector;
 use std::ops::ControlFlow;
 
 const ROUGH: [(&str, f64); 3] =
-    [("mesh.preset", 1.0), ("solver.tolerance", 1e-2), ("solver.newton_tolerance", 1e-6)];
+    [("mesh.preset", 1.0), ("solver.tolerance", 1e-2), ("solver.newton_tolerance", 1e-7)];
 /// Rougher under a sphere or a cone, where the contact's nodes close one after the other, each by iterations of its own: elements
 /// twice the coarsest mesh's and first step, both over the radius of the shank.
 const ROUGH_TIP: [(&str, f64); 2] = [("mesh.edge_size", 1.0 / 8.0), ("solver.initial_increment", 0.05)];
-const ROUGH_TIP_RESIDUAL: (&str, f64) = ("solver.newton_tolerance", 1e-5);
+const ROUGH_TIP_RESIDUAL: (&str, f64) = ("solver.newton_tolerance", 1e-6);
 /// The corrected model foresees the other one where their squared difference is less than this part of the number of points, in units
 /// of the covariance: no further correction lowers chi^2 by more than about that.
 const FORESEEN: f64 = 1e-2;
