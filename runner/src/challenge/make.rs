@@ -17,6 +17,7 @@ use crate::noise::ObservationError;
 use crate::output::mark::marked;
 use crate::output::{OutputError, write_file};
 use crate::pool::RunFailure;
+use crate::setting::SettingError;
 use poropunch::motion::protocol::ProtocolError;
 use poropunch_maker::MakerError;
 use std::collections::BTreeMap;
@@ -47,6 +48,9 @@ pub enum MakeError {
     /// The FMU's parameters.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// A value of one.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// A simulation with derivatives.
     #[error("a case cannot be simulated: {0}")]
     Evaluation(#[from] EvaluationFailure),

@@ -1,18 +1,20 @@
 //! Whether anybody could see a cause, and whether it matters: what a refit leaves of its true change of the force, for somebody who
 //! knows the true parameters and the forms of all causes; of one of a pair, what a refit with the other one in any size leaves. No
 //! candidate of the catalogue comes into it. The refit is linear at the true parameters; a single cause that it takes as visible is
-//! refitted to the minimum, as parameters that move far absorb more than their derivatives say.
+//! refitted to the minimum, as parameters that move far absorb more than their derivatives say: from the true parameters and from where the
+//! data themselves would let a fit start, since the lowest minimum may be far from the truth.
 
 use super::draw::Drawn;
 use super::key::VISIBLE;
 use super::make::MakeError;
 use crate::data::Measurement;
 use crate::diagnosis::gap::gap_percent;
+use crate::diagnosis::plain_start::plain_starts;
 use crate::engine::Engine;
-use crate::fit::{Problem as _, Whitening as _};
-use crate::inference::fit::{linearised, refit};
-use crate::inference::{ForceProblem, Setup};
-use crate::inference::{Requests, Unknowns};
+use crate::fit::{FitError, Problem as _, Whitening as _};
+use crate::inference::fit::{Fit, FitFailure, linearised, refit};
+use crate::inference::requests::Defaults;
+use crate::inference::{ForceProblem, Requests, Setup, Unknowns};
 use crate::noise::observation::observe;
 use crate::noise::{Covariance, Weights, noise_model};
 use crate::setting::written;
@@ -78,16 +80,30 @@ pub fn seen(
     if let [single] = &mut all[..]
         && single.score >= VISIBLE
     {
-        *single = refitted(setup, &covariance, &x, &plain_mn, &changes_mn)?;
+        let mut starts = vec![x];
+        for of_data in starts_of_data(setup, &requests)? {
+            starts.push(unknowns.clone().starting_at(&of_data).start().to_vec());
+        }
+        *single = refitted(setup, &covariance, &starts, &plain_mn, &changes_mn)?;
     }
     Ok(all)
 }
 
-/// What the best fit of the plain model leaves of a change (mN), by a search from the true parameters.
+/// Where fits to these data would start.
+fn starts_of_data(setup: Setup, requests: &Requests) -> Result<Vec<Vec<f64>>, MakeError> {
+    let engine = setup.engine;
+    let one = |defaults: Defaults| {
+        let requests = Requests { start: vec![], defaults, ..requests.clone() };
+        Ok(Unknowns::new(engine.wiring(), engine.is_own(), &requests)?.start().to_vec())
+    };
+    plain_starts(engine, setup.observations, requests)?.into_iter().flatten().map(one).collect()
+}
+
+/// What the best fit of the plain model leaves of a change (mN), of searches from several starts.
 fn refitted(
     setup: Setup,
     covariance: &Covariance,
-    truth: &[f64],
+    starts: &[Vec<f64>],
     plain_mn: &[f64],
     change_mn: &DMatrix<f64>,
 ) -> Result<Seen, MakeError> {
@@ -98,7 +114,19 @@ fn refitted(
         .zip(plain_mn.iter().zip(change_mn.column(0).iter()))
         .map(|(measured, (plain, change))| measured - plain - change)
         .collect();
-    let found = refit(Setup { offset_mn: &offset_mn, ..setup }, covariance, truth, EVALUATIONS)?;
+    let setup = Setup { offset_mn: &offset_mn, ..setup };
+    let mut found: Option<Fit> = None;
+    for start in starts {
+        let other = match refit(setup, covariance, start, EVALUATIONS) {
+            // The truth can be computed; another start need not.
+            Err(FitFailure::Fit(FitError::StartFailed(_))) if found.is_some() => continue,
+            other => other?,
+        };
+        if found.as_ref().is_none_or(|best| other.solution.chi_square < best.solution.chi_square) {
+            found = Some(other);
+        }
+    }
+    let found = found.ok_or(MakeError::NotFinite)?;
     let score = covariance.apply_columns(&DMatrix::from_columns(std::slice::from_ref(&found.gap_mn))).norm();
     Ok(Seen { score, gap_percent: gap_percent(setup.observations, &found.gap_mn) })
 }

@@ -2,7 +2,7 @@
 
 use super::assumed;
 use super::engine_args::{EngineArguments, cache_directory, show_notes};
-use super::identify::{sample_height, start};
+use super::identify::sample_height;
 use super::idle;
 use super::idle::nothing_fitted;
 use super::job::{Invocation, JobArguments};
@@ -15,6 +15,7 @@ use crate::data::{DataError, Measurement, Reading, Synchronised, Wanted, read_te
 use crate::diagnosis::declared::declared;
 use crate::diagnosis::diagnose::{DiagnosisError, Effort, Given, diagnose};
 use crate::diagnosis::page::page;
+use crate::diagnosis::plain_start::plain_starts;
 use crate::diagnosis::published;
 use crate::diagnosis::result::Diagnosis;
 use crate::diagnosis::summary::{About, summary};
@@ -24,7 +25,6 @@ use crate::fit::{EvaluationFailure, FitError};
 use crate::inference::Setup;
 use crate::inference::effect::Effect;
 use crate::inference::fit::FitFailure;
-use crate::inference::start::Mentioned;
 use crate::inference::{Requests, Unknowns};
 use crate::inspection::{Options, examine};
 use crate::noise::observation::observe;
@@ -192,12 +192,10 @@ pub fn diagnosis_of(
     let observations = observe(&measurements, height)?;
     let of = |requests: &Requests| Unknowns::new(engine.wiring(), engine.is_own(), requests);
     let mut others = Vec::new();
-    if let Some((start, mentioned)) = start(&engine, &observations, &requests, BRANCHES..=BRANCHES)? {
-        // A weak skeleton and a third branch are effects that are asked about.
-        let mentioned = Mentioned { lambda_star: true, ..mentioned };
-        requests.defaults = start.clone().with_hidden_branch().defaults(mentioned);
+    if let Some([told, hidden]) = plain_starts(&engine, &observations, &requests)? {
+        requests.defaults = hidden;
         others.push(of(&requests)?.start().to_vec());
-        requests.defaults = start.defaults(mentioned);
+        requests.defaults = told;
     }
     // Without the effect its parameter has the value that was declared.
     requests.set.extend(declared.iter().map(|d| written(engine.wiring(), &d.parameter, d.null)));
@@ -251,9 +249,6 @@ fn percent(text: &str) -> Result<f64, String> {
         .filter(|n| *n > 0.0 && n.is_finite())
         .ok_or_else(|| "write a part of the peak in per cent, e.g. 0.5%".to_owned())
 }
-
-/// Branches of the plain model: the paper's.
-const BRANCHES: usize = 2;
 
 /// Force that means contact (N): that of the paper.
 const CONTACT_N: f64 = 1e-3;

@@ -10,7 +10,7 @@ use super::report::{RESULT, write_views};
 use super::terminal;
 use super::{CliResult, Ending};
 use crate::data::reading::{Tare, Zero};
-use crate::data::{Measurement, Reading, Synchronised, Wanted, read_tests};
+use crate::data::{Reading, Synchronised, Wanted, read_tests};
 use crate::engine::Engine;
 use crate::identification::profiles;
 use crate::identification::report::{Context, report};
@@ -18,8 +18,8 @@ use crate::identification::{
     Corrected, FitSettings, JacobianSource, Nuisances, identify, identify_with_zeros,
 };
 use crate::inference::posterior::SamplePlan;
-use crate::inference::start::{Known, MOST_BRANCHES, Mentioned, Start};
-use crate::inference::{Requests, Setup, Unknowns};
+use crate::inference::start::{MOST_BRANCHES, Start};
+use crate::inference::{Setup, Unknowns};
 use crate::noise::observation::left_out;
 use crate::noise::{Observation, ObservationError, Uncertainty, Weights, check};
 use crate::output::{Folder, json};
@@ -27,7 +27,6 @@ use crate::parameter_set::ssv;
 use crate::report::Setting;
 use crate::setting::settings_from;
 use clap::Args;
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// Identify material parameters from measurements.
@@ -83,7 +82,7 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let validation = fitted.split_off(arguments.measurements.len());
     let doubts: Vec<String> = fitted.iter().flat_map(|o| o.measurement.doubts()).collect();
     let mut requests = fit.requests(arguments.engine.settings(engine.wiring())?);
-    let start = start(&engine, &fitted, &requests, 0..=MOST_BRANCHES)?;
+    let start = Start::told_by(&engine, &fitted, &requests, 0..=MOST_BRANCHES)?;
     if let Some((start, mentioned)) = &start {
         requests.defaults = start.defaults(*mentioned);
     }
@@ -187,26 +186,6 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
 const PARAMETERS: &str = "parameters.ssv";
 /// Outputs wanted beside the force.
 const RECORDED: [&str; 2] = ["force_solid", "force_fluid"];
-
-/// Where the data say that the fit starts, with so many branches, and what the user said of it; poropunch's own FMU only.
-pub(super) fn start(
-    engine: &Engine,
-    fitted: &[Observation],
-    requests: &Requests,
-    branches: RangeInclusive<usize>,
-) -> Result<Option<(Start, Mentioned)>, Box<dyn std::error::Error>> {
-    if !engine.is_own() {
-        return Ok(None);
-    }
-    let set = settings_from(engine.wiring(), &requests.set)?;
-    let default = |name: &str| engine.wiring().parameters.get(name)?.start_number();
-    let known = Known::of(&|name| set.get(name).copied().or_else(|| default(name)));
-    let mentioned = Mentioned::of(requests);
-    let measurements: Vec<&Measurement> = fitted.iter().map(|o| &o.measurement).collect();
-    let branches = mentioned.branch.max(*branches.start())..=*branches.end();
-    let start = known.and_then(|known| Start::of(&measurements, &known, branches));
-    Ok(start.map(|start| (start, mentioned)))
-}
 
 /// Height of the sample, where the FMU knows it.
 pub(super) fn sample_height(

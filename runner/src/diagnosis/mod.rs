@@ -28,6 +28,7 @@ mod normal_equations;
 pub mod page;
 mod pairs;
 pub mod parity;
+pub mod plain_start;
 pub mod published;
 pub mod result;
 pub mod round;

@@ -6,11 +6,11 @@ use super::location::{Spot, spots};
 use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
-use crate::fit::IterationRecord;
+use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
-use crate::inference::fit::{Depth, Fit, FitPlan, fit};
+use crate::inference::fit::{Depth, Fit, FitPlan, Tangent, chi_squares, fit};
 use crate::inference::{Setup, Signature};
-use crate::noise::NoiseModel;
+use crate::noise::{Covariance, NoiseModel};
 use nalgebra::DVector;
 
 /// What is asked, whatever the plain model's fit.
@@ -79,13 +79,25 @@ impl Asked<'_> {
             } = self;
             let y = &round.plain.linear.residual;
             let threshold = round.significance.family.threshold(thresholds.significant);
+            let (plain, gap, covariance) = (&round.plain, &round.something_else, &noise.covariance);
+            let elsewhere = elsewhere(setup, covariance, plain, others)?;
             let testable = |s: &&Screened| {
                 is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold)
+                    || elsewhere.iter().any(|there| there.signature(s).strength() >= threshold)
             };
             let shown: Vec<&Screened> = round.screened.iter().filter(testable).collect();
-            let (plain, gap, covariance) = (&round.plain, &round.something_else, &noise.covariance);
-            let search =
-                Search { setup, others, candidates, plain, gap, covariance, evaluations, quick, thresholds };
+            let elsewhere = &elsewhere;
+            let search = Search {
+                setup,
+                elsewhere,
+                candidates,
+                plain,
+                gap,
+                covariance,
+                evaluations,
+                quick,
+                thresholds,
+            };
             round.refits = search.run(&shown, say)?;
         }
         Ok(round)
@@ -164,6 +176,41 @@ pub fn linear_evidence(candidate: &Candidate, signature: &Signature, residual: &
 /// Largest size that a signature may ask for, over the largest that is admissible: at a finite magnitude it is not linear, and
 /// the refit keeps to what is admissible.
 const NONLINEAR: f64 = 4.0;
+
+/// The plain model linearised elsewhere than at its fit, where fits with effects start, too.
+pub struct Elsewhere<'a> {
+    /// Parameters.
+    pub x: &'a [f64],
+    /// chi^2.
+    pub chi_square: f64,
+    /// Around it.
+    pub tangent: Tangent,
+}
+
+impl Elsewhere<'_> {
+    /// What of an effect no refit absorbs there.
+    fn signature(&self, s: &Screened) -> Signature {
+        self.tangent.linear.signature(&self.tangent.covariance, &s.change_mn)
+    }
+}
+
+/// The plain model at those of `others` where it can be computed.
+fn elsewhere<'a>(
+    setup: Setup,
+    covariance: &Covariance,
+    plain: &Fit,
+    others: &'a [Vec<f64>],
+) -> Result<Vec<Elsewhere<'a>>, EvaluationFailure> {
+    let mut found = Vec::new();
+    for x in others {
+        let there = Tangent::at(setup, &[], covariance, &plain.prior, x);
+        let Some(tangent) = EvaluationFailure::or_none(there)? else { continue };
+        if let [Some(chi_square)] = chi_squares(setup, &[], covariance, std::slice::from_ref(x))?[..] {
+            found.push(Elsewhere { x, chi_square, tangent });
+        }
+    }
+    Ok(found)
+}
 
 /// Whether an effect of its plausible scale would pass the threshold in half of all cases, or one of an admissible size does.
 pub fn is_testable(candidate: &Candidate, signature: &Signature, score: f64, threshold: f64) -> bool {

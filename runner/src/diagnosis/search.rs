@@ -11,13 +11,13 @@
 
 use super::confirming::{Refit, excess, refit};
 use super::diagnose::DiagnosisError;
-use super::round::linear_evidence;
+use super::round::{Elsewhere, linear_evidence};
 use super::screening::Screened;
 use super::something_else::SomethingElse;
 use super::thresholds::Thresholds;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::Candidate;
-use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH, Tangent, chi_squares};
+use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH};
 use crate::inference::{Linearised, Setup};
 use crate::noise::Covariance;
 use std::collections::VecDeque;
@@ -73,8 +73,8 @@ fn leader<'a>(found: &'a [(Refit, VecDeque<Beginning>)]) -> Option<&'a Refit> {
 pub struct Search<'a> {
     /// Engine, measurements, parameters.
     pub setup: Setup<'a>,
-    /// Parameters from which fits start, besides the plain fit.
-    pub others: &'a [Vec<f64>],
+    /// The plain model where fits start, besides its fit.
+    pub elsewhere: &'a [Elsewhere<'a>],
     /// What was asked about.
     pub candidates: &'a [Candidate],
     /// Fit of the plain model.
@@ -102,7 +102,7 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
         let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
-        let (first, mut alike) = self.by_looks(self.beginnings(shown)?, shown);
+        let (first, mut alike) = self.by_looks(self.beginnings(shown), shown);
         let mut outdone = Vec::new();
         for beginnings in first {
             if self.is_outdone(&beginnings, &found) {
@@ -143,7 +143,7 @@ impl Search<'_> {
     /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain
     /// fit that misses much has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain
     /// better; at the other starts nothing is imitated, but what is promised there is farther from the truth.
-    fn beginnings(&self, shown: &[&Screened]) -> Result<Vec<Beginnings<'_>>, DiagnosisError> {
+    fn beginnings(&self, shown: &[&Screened]) -> Vec<Beginnings<'_>> {
         let missed = excess(self.plain);
         let promise = |s: &Screened, linear: &Linearised, covariance: &Covariance| {
             let promise = self.promise(s, linear, covariance);
@@ -155,20 +155,12 @@ impl Search<'_> {
             Beginning { promise, rank: 0, x: self.plain.x(), chi_square: self.plain.solution.chi_square }
         };
         let mut points = vec![shown.iter().map(at_fit).collect::<Vec<_>>()];
-        for x in self.others {
-            let there = Tangent::at(self.setup, &[], self.covariance, &self.plain.prior, x);
-            let Some(Tangent { covariance, linear, .. }) = EvaluationFailure::or_none(there)? else {
-                continue;
-            };
-            let here = std::slice::from_ref(x);
-            let [Some(chi_square)] = chi_squares(self.setup, &[], self.covariance, here)?[..] else {
-                continue;
-            };
+        for Elsewhere { x, chi_square, tangent } in self.elsewhere {
             let begin = |s: &&Screened| Beginning {
-                promise: promise(s, &linear, &covariance),
+                promise: promise(s, &tangent.linear, &tangent.covariance),
                 rank: 0,
                 x,
-                chi_square,
+                chi_square: *chi_square,
             };
             points.push(shown.iter().map(begin).collect());
         }
@@ -187,7 +179,7 @@ impl Search<'_> {
                 None => all.push(vec![beginning]),
             }
         }
-        Ok(all)
+        all
     }
 
     /// What is refitted first, and the others each with the effect of these that it looks like. All that is not quick is refitted first;

@@ -1,9 +1,14 @@
 //! A start in the names of the model's parameters: what is fitted, from where, between which bounds.
 
 use super::{Face, Known, MOST_BRANCHES, Rig, Start};
+use crate::data::Measurement;
+use crate::engine::Engine;
 use crate::inference::requests::{Defaults, Requests};
+use crate::noise::Observation;
+use crate::setting::{SettingError, settings_from};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 
 /// Half the width of the bounds: two and a half decades to either side.
 const REACH: f64 = 316.0;
@@ -47,6 +52,31 @@ impl Known {
         let (lambda_star_pa, fluid_viscosity_pa_s) =
             (value(LAMBDA_STAR)?, value("material.fluid_viscosity")?);
         Some(Self { rig, lambda_star_pa, fluid_viscosity_pa_s })
+    }
+}
+
+impl Start {
+    /// Where the data say that a fit starts, with so many branches, and what the user said of it; of poropunch's own FMU only.
+    ///
+    /// # Errors
+    /// A setting that cannot be used.
+    pub fn told_by(
+        engine: &Engine,
+        fitted: &[Observation],
+        requests: &Requests,
+        branches: RangeInclusive<usize>,
+    ) -> Result<Option<(Self, Mentioned)>, SettingError> {
+        if !engine.is_own() {
+            return Ok(None);
+        }
+        let set = settings_from(engine.wiring(), &requests.set)?;
+        let default = |name: &str| engine.wiring().parameters.get(name)?.start_number();
+        let known = Known::of(&|name| set.get(name).copied().or_else(|| default(name)));
+        let mentioned = Mentioned::of(requests);
+        let measurements: Vec<&Measurement> = fitted.iter().map(|o| &o.measurement).collect();
+        let branches = mentioned.branch.max(*branches.start())..=*branches.end();
+        let start = known.and_then(|known| Self::of(&measurements, &known, branches));
+        Ok(start.map(|start| (start, mentioned)))
     }
 }
 
