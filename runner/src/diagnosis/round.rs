@@ -80,12 +80,16 @@ impl Asked<'_> {
             let y = &round.plain.linear.residual;
             let threshold = round.significance.family.threshold(thresholds.significant);
             let (plain, gap, covariance) = (&round.plain, &round.something_else, &noise.covariance);
-            let elsewhere = elsewhere(setup, covariance, plain, others)?;
-            let testable = |s: &&Screened| {
-                is_testable(&candidates[s.candidate], &s.signature, s.signature.score(y), threshold)
-                    || elsewhere.iter().any(|there| there.signature(s).strength() >= threshold)
+            let elsewhere =
+                others.iter().filter_map(|x| Elsewhere::at(setup, covariance, plain, x).transpose());
+            let elsewhere = elsewhere.collect::<Result<Vec<_>, _>>()?;
+            let may_show = |s: &&Screened| {
+                let candidate = &candidates[s.candidate];
+                let largest = candidate.effect.largest;
+                is_testable(candidate, &s.signature, s.signature.score(y), threshold)
+                    || elsewhere.iter().any(|there| there.signature(s).strength() * largest >= threshold)
             };
-            let shown: Vec<&Screened> = round.screened.iter().filter(testable).collect();
+            let shown: Vec<&Screened> = round.screened.iter().filter(may_show).collect();
             let elsewhere = &elsewhere;
             let search = Search {
                 setup,
@@ -98,7 +102,7 @@ impl Asked<'_> {
                 quick,
                 thresholds,
             };
-            round.refits = search.run(&shown, say)?;
+            round.refits = search.run(&round.screened, &shown, say)?;
         }
         Ok(round)
     }
@@ -187,29 +191,27 @@ pub struct Elsewhere<'a> {
     pub tangent: Tangent,
 }
 
-impl Elsewhere<'_> {
+impl<'a> Elsewhere<'a> {
+    /// At `x`; none where the model cannot be computed.
+    ///
+    /// # Errors
+    /// When the user asked to stop.
+    pub fn at(
+        setup: Setup,
+        covariance: &Covariance,
+        plain: &Fit,
+        x: &'a [f64],
+    ) -> Result<Option<Self>, EvaluationFailure> {
+        let there = Tangent::at(setup, &[], covariance, &plain.prior, x);
+        let Some(tangent) = EvaluationFailure::or_none(there)? else { return Ok(None) };
+        let chi_square = chi_squares(setup, &[], covariance, &[x.to_vec()])?[0];
+        Ok(chi_square.map(|chi_square| Self { x, chi_square, tangent }))
+    }
+
     /// What of an effect no refit absorbs there.
-    fn signature(&self, s: &Screened) -> Signature {
+    pub fn signature(&self, s: &Screened) -> Signature {
         self.tangent.linear.signature(&self.tangent.covariance, &s.change_mn)
     }
-}
-
-/// The plain model at those of `others` where it can be computed.
-fn elsewhere<'a>(
-    setup: Setup,
-    covariance: &Covariance,
-    plain: &Fit,
-    others: &'a [Vec<f64>],
-) -> Result<Vec<Elsewhere<'a>>, EvaluationFailure> {
-    let mut found = Vec::new();
-    for x in others {
-        let there = Tangent::at(setup, &[], covariance, &plain.prior, x);
-        let Some(tangent) = EvaluationFailure::or_none(there)? else { continue };
-        if let [Some(chi_square)] = chi_squares(setup, &[], covariance, std::slice::from_ref(x))?[..] {
-            found.push(Elsewhere { x, chi_square, tangent });
-        }
-    }
-    Ok(found)
 }
 
 /// Whether an effect of its plausible scale would pass the threshold in half of all cases, or one of an admissible size does.

@@ -92,17 +92,19 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Refits of the effects that these data would show, or seem to show, best first.
+    /// Refits of the effects that these data would show, or seem to show, best first; all that were `screened` may stand in for the
+    /// best of them. A quick one refits the rest only where nothing explains the gap.
     ///
     /// # Errors
     /// When the user asked to stop.
     pub fn run(
         &self,
+        screened: &[Screened],
         shown: &[&Screened],
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
         let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
-        let (first, mut alike) = self.by_looks(self.beginnings(shown), shown);
+        let (first, mut alike, mut rest) = self.by_looks(self.beginnings(shown), shown);
         let mut outdone = Vec::new();
         for beginnings in first {
             if self.is_outdone(&beginnings, &found) {
@@ -112,57 +114,81 @@ impl Search<'_> {
             }
         }
         self.begin_elsewhere(&mut found, say)?;
-        let leaves_noise = |best: &Refit| best.leaves_noise(self.thresholds.significant);
-        if !outdone.is_empty() && !leader(&found).is_some_and(leaves_noise) {
+        if !outdone.is_empty() && !leader(&found).is_some_and(|best| self.leaves_noise(best)) {
             for beginnings in outdone {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
             }
             self.begin_elsewhere(&mut found, say)?;
         }
         let best = leader(&found).map(|refit| refit.members[0]);
-        alike.retain(|a| Some(a.other) == best);
-        if !alike.is_empty() {
-            for like_it in alike.into_iter().take(QUICK_ALIKE) {
-                found.extend(self.begin(like_it.beginnings, say)?);
+        let (like_it, others): (Vec<_>, Vec<_>) = alike.into_iter().partition(|a| Some(a.other) == best);
+        if !like_it.is_empty() {
+            for (count, Alike { beginnings, .. }) in like_it.into_iter().enumerate() {
+                if count < QUICK_ALIKE {
+                    found.extend(self.begin(beginnings, say)?);
+                } else {
+                    rest.push(beginnings);
+                }
             }
             self.begin_elsewhere(&mut found, say)?;
         }
-        let mut refits: Vec<Refit> = found.into_iter().map(|(refit, _)| refit).collect();
+        rest.extend(others.into_iter().map(|a| a.beginnings));
+        let refits = found.into_iter().map(|(refit, _)| refit).collect();
+        let refits = self.settled(refits, screened, shown, say)?;
+        if rest.is_empty() || refits.iter().any(|r| r.leaves_little || self.leaves_noise(r)) {
+            return Ok(refits);
+        }
+        let mut more = Vec::new();
+        for beginnings in rest {
+            more.extend(self.begin(beginnings, say)?);
+        }
+        self.begin_elsewhere(&mut more, say)?;
+        let refits = refits.into_iter().chain(more.into_iter().map(|(refit, _)| refit)).collect();
+        self.settled(refits, screened, shown, say)
+    }
+
+    /// What was begun, to the end: what looks like the leader, the minima of all that compete, pairs where the best leaves more than noise.
+    fn settled(
+        &self,
+        mut refits: Vec<Refit>,
+        screened: &[Screened],
+        shown: &[&Screened],
+        say: &mut dyn FnMut(String),
+    ) -> Result<Vec<Refit>, DiagnosisError> {
+        self.begin_where_leader_ended(&mut refits, screened, say)?;
+        let pairs: Vec<Refit> = refits.extract_if(.., |r| r.members.len() > 1).collect();
         self.carry_on(&mut refits, say)?;
-        if let Some(best) = refits.first().filter(|best| !leaves_noise(best)) {
-            let single = best.evidence;
-            if let Some(pair) = self.pair(best, shown, say)? {
+        if let Some(best) = refits.first().filter(|best| !self.leaves_noise(best)) {
+            let (single, first) = (best.evidence, best.members[0]);
+            // A pair of the same leader was made before.
+            if !pairs.iter().any(|pair| pair.members.contains(&first))
+                && let Some(pair) = self.pair(best, shown, say)?
+            {
                 let pair = self.with_another_first(pair, single, shown, say)?;
                 self.each_alone(&pair, &mut refits, say)?;
                 refits.push(pair);
             }
         }
+        refits.extend(pairs);
         Ok(refits)
+    }
+
+    fn leaves_noise(&self, refit: &Refit) -> bool {
+        refit.leaves_noise(self.thresholds.significant)
     }
 
     /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain
     /// fit that misses much has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain
     /// better; at the other starts nothing is imitated, but what is promised there is farther from the truth.
     fn beginnings(&self, shown: &[&Screened]) -> Vec<Beginnings<'_>> {
-        let missed = excess(self.plain);
-        let promise = |s: &Screened, linear: &Linearised, covariance: &Covariance| {
-            let promise = self.promise(s, linear, covariance);
-            // More than the whole gap cannot be gained.
-            Promise { gain: promise.gain.min(missed), ..promise }
-        };
         let at_fit = |s: &&Screened| {
-            let promise = promise(s, &self.plain.linear, &self.plain.covariance);
+            let promise = self.promise(s, &self.plain.linear, &self.plain.covariance);
+            let promise = Promise { gain: promise.gain.min(excess(self.plain)), ..promise };
             Beginning { promise, rank: 0, x: self.plain.x(), chi_square: self.plain.solution.chi_square }
         };
         let mut points = vec![shown.iter().map(at_fit).collect::<Vec<_>>()];
-        for Elsewhere { x, chi_square, tangent } in self.elsewhere {
-            let begin = |s: &&Screened| Beginning {
-                promise: promise(s, &tangent.linear, &tangent.covariance),
-                rank: 0,
-                x,
-                chi_square: *chi_square,
-            };
-            points.push(shown.iter().map(begin).collect());
+        for there in self.elsewhere {
+            points.push(shown.iter().map(|s| self.beginning_at(there, s)).collect());
         }
         for point in &mut points {
             point.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
@@ -182,28 +208,28 @@ impl Search<'_> {
         all
     }
 
-    /// What is refitted first, and the others each with the effect of these that it looks like. All that is not quick is refitted first;
-    /// of what looks the same one stands for all, so that it does not take the place of another cause.
+    /// What is refitted first, what looks like it, each with the effect of these that it looks like, and the rest. All that is not quick is
+    /// refitted first; of what looks the same one stands for all, so that it does not take the place of another cause.
     fn by_looks<'b>(
         &self,
         all: Vec<Beginnings<'b>>,
         shown: &[&Screened],
-    ) -> (Vec<Beginnings<'b>>, Vec<Alike<'b>>) {
+    ) -> (Vec<Beginnings<'b>>, Vec<Alike<'b>>, Vec<Beginnings<'b>>) {
         if !self.quick {
-            return (all, vec![]);
+            return (all, vec![], vec![]);
         }
         let signature = |k: usize| shown.iter().find(|s| s.candidate == k).map(|s| &s.signature);
         let looks_like = |a: usize, b: usize| matches!((signature(a), signature(b)), (Some(a), Some(b)) if a.looks_like(b));
-        let (mut first, mut others): (Vec<Beginnings>, _) = (vec![], vec![]);
+        let (mut first, mut others, mut rest): (Vec<Beginnings>, _, _) = (vec![], vec![], vec![]);
         for beginnings in all {
             let own = beginnings[0].promise.candidate;
             match first.iter().map(|b| b[0].promise.candidate).find(|k| looks_like(*k, own)) {
                 Some(other) => others.push(Alike { beginnings, other }),
                 None if first.len() < QUICK => first.push(beginnings),
-                None => {}
+                None => rest.push(beginnings),
             }
         }
-        (first, others)
+        (first, others, rest)
     }
 
     /// A refit with one effect, and with those that look like it until one does what the look promises: a promise is linear, and may be
@@ -290,6 +316,47 @@ impl Search<'_> {
             }
         }
         Ok(())
+    }
+
+    /// What looks like the leader where that ended is refitted from there, unless it does as well already: at the plain fit, which imitates
+    /// what it lacks, it may look like something else, and its own refit may have ended in another minimum.
+    fn begin_where_leader_ended(
+        &self,
+        refits: &mut Vec<Refit>,
+        screened: &[Screened],
+        say: &mut dyn FnMut(String),
+    ) -> Result<(), DiagnosisError> {
+        let singles = refits.iter().filter(|r| r.members.len() == 1);
+        let Some(leader) = singles.max_by(|a, b| a.evidence.total_cmp(&b.evidence)) else { return Ok(()) };
+        let (own, enough) = (leader.members[0], leader.evidence - self.thresholds.decisive);
+        let x = leader.fit.x().to_vec();
+        let there = Elsewhere::at(self.setup, self.covariance, self.plain, &x)?;
+        let of_leader = screened.iter().find(|s| s.candidate == own);
+        let Some((there, of_leader)) = there.zip(of_leader) else { return Ok(()) };
+        let look = there.signature(of_leader);
+        let does_as_well = |k: usize| refits.iter().any(|r| r.members == [k] && r.evidence >= enough);
+        let others = screened.iter().filter(|s| s.candidate != own && !does_as_well(s.candidate));
+        let like_it = others.filter(|s| there.signature(s).looks_like(&look));
+        let mut beginnings: Vec<Beginning> = like_it.map(|s| self.beginning_at(&there, s)).collect();
+        beginnings.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
+        for at in beginnings.into_iter().take(if self.quick { QUICK_ALIKE } else { usize::MAX }) {
+            let Some(found) = self.begun(&at, say)? else { continue };
+            match refits.iter_mut().find(|r| r.members == found.members) {
+                Some(before) if found.gain <= before.gain => {}
+                Some(before) => *before = found,
+                None => refits.push(found),
+            }
+        }
+        Ok(())
+    }
+
+    /// Where an effect's refit may begin elsewhere than at the plain fit.
+    fn beginning_at<'b>(&self, there: &Elsewhere<'b>, s: &Screened) -> Beginning<'b> {
+        let &Elsewhere { x, chi_square, ref tangent } = there;
+        let promise = self.promise(s, &tangent.linear, &tangent.covariance);
+        // More than the whole gap cannot be gained.
+        let promise = Promise { gain: promise.gain.min(excess(self.plain)), ..promise };
+        Beginning { promise, rank: 0, x, chi_square }
     }
 
     /// Fits that are compared are converged: all whose evidence may still pass the best one's. Best first.
