@@ -23,6 +23,7 @@ pub mod held_out;
 mod joining;
 pub mod leftover;
 pub mod location;
+mod looks;
 mod nested;
 mod normal_equations;
 pub mod page;

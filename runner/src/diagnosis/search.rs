@@ -5,12 +5,15 @@
 //! model's fit or the other starts
 //! -> the leaders from the others, too, while the best of them leaves more than noise
 //! -> quick: only then those that promise much less than another has gained; what looks like the best
+//! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows
+//! -> quick: all others, where none of these explains the gap
 //! ```
 
 use super::confirming::{Refit, excess, refit};
 use super::diagnose::DiagnosisError;
+use super::looks::{Alike, QUICK_ALIKE};
 use super::round::{Elsewhere, linear_evidence};
 use super::screening::Screened;
 use super::something_else::SomethingElse;
@@ -22,9 +25,6 @@ use crate::inference::{Linearised, Setup};
 use crate::noise::Covariance;
 use std::collections::VecDeque;
 
-/// Effects of different looks that a quick diagnosis refits, and those that look like the best of them.
-const QUICK: usize = 4;
-const QUICK_ALIKE: usize = 2;
 /// A signature is not linear, but what promises less than this part of the largest gain is not the one that gains most.
 pub(super) const PROMISING: f64 = 0.5;
 /// So many times a leader is refitted from another start.
@@ -46,8 +46,8 @@ pub(super) struct Promise {
 
 /// What an effect promises, and the parameters around which it does.
 #[derive(Clone)]
-struct Beginning<'a> {
-    promise: Promise,
+pub(super) struct Beginning<'a> {
+    pub promise: Promise,
     /// Number of effects that promise more there.
     rank: usize,
     x: &'a [f64],
@@ -56,13 +56,7 @@ struct Beginning<'a> {
 }
 
 /// Where an effect's refit may begin, the best place first.
-type Beginnings<'a> = Vec<Beginning<'a>>;
-
-/// An effect that looks like another one, which is refitted before.
-struct Alike<'a> {
-    beginnings: Beginnings<'a>,
-    other: usize,
-}
+pub(super) type Beginnings<'a> = Vec<Beginning<'a>>;
 
 /// The best so far.
 fn leader<'a>(found: &'a [(Refit, VecDeque<Beginning>)]) -> Option<&'a Refit> {
@@ -87,13 +81,15 @@ pub struct Search<'a> {
     pub evaluations: usize,
     /// Fewer models.
     pub quick: bool,
+    /// Whether the gap is too small to matter.
+    pub is_small: bool,
     /// What decides.
     pub thresholds: Thresholds,
 }
 
 impl Search<'_> {
     /// Refits of the effects that these data would show, or seem to show, best first; all that were `screened` may stand in for the
-    /// best of them. A quick one refits the rest only where nothing explains the gap.
+    /// best of them. A quick one refits the rest only where nothing explains a gap that matters.
     ///
     /// # Errors
     /// When the user asked to stop.
@@ -135,7 +131,8 @@ impl Search<'_> {
         rest.extend(others.into_iter().map(|a| a.beginnings));
         let refits = found.into_iter().map(|(refit, _)| refit).collect();
         let refits = self.settled(refits, screened, shown, say)?;
-        if rest.is_empty() || refits.iter().any(|r| r.leaves_little || self.leaves_noise(r)) {
+        if rest.is_empty() || self.is_small || refits.iter().any(|r| r.leaves_little || self.leaves_noise(r))
+        {
             return Ok(refits);
         }
         let mut more = Vec::new();
@@ -208,57 +205,6 @@ impl Search<'_> {
         all
     }
 
-    /// What is refitted first, what looks like it, each with the effect of these that it looks like, and the rest. All that is not quick is
-    /// refitted first; of what looks the same one stands for all, so that it does not take the place of another cause.
-    fn by_looks<'b>(
-        &self,
-        all: Vec<Beginnings<'b>>,
-        shown: &[&Screened],
-    ) -> (Vec<Beginnings<'b>>, Vec<Alike<'b>>, Vec<Beginnings<'b>>) {
-        if !self.quick {
-            return (all, vec![], vec![]);
-        }
-        let signature = |k: usize| shown.iter().find(|s| s.candidate == k).map(|s| &s.signature);
-        let looks_like = |a: usize, b: usize| matches!((signature(a), signature(b)), (Some(a), Some(b)) if a.looks_like(b));
-        let (mut first, mut others, mut rest): (Vec<Beginnings>, _, _) = (vec![], vec![], vec![]);
-        for beginnings in all {
-            let own = beginnings[0].promise.candidate;
-            match first.iter().map(|b| b[0].promise.candidate).find(|k| looks_like(*k, own)) {
-                Some(other) => others.push(Alike { beginnings, other }),
-                None if first.len() < QUICK => first.push(beginnings),
-                None => rest.push(beginnings),
-            }
-        }
-        (first, others, rest)
-    }
-
-    /// A refit with one effect, and with those that look like it until one does what the look promises: a promise is linear, and may be
-    /// kept by another form of it.
-    fn begin_look<'b>(
-        &self,
-        beginnings: Beginnings<'b>,
-        alike: &mut Vec<Alike<'b>>,
-        found: &mut Vec<(Refit, VecDeque<Beginning<'b>>)>,
-        say: &mut dyn FnMut(String),
-    ) -> Result<(), DiagnosisError> {
-        let promised = beginnings[0].promise.gain;
-        let mut next = Some(beginnings);
-        for _ in 0..=QUICK_ALIKE {
-            let Some(beginnings) = next else { break };
-            let own = beginnings[0].promise.candidate;
-            let begun = self.begin(beginnings, say)?;
-            let keeps_it = begun.as_ref().is_some_and(|(refit, _)| refit.gain >= PROMISING * promised);
-            found.extend(begun);
-            let other = alike.iter().position(|a| a.other == own).filter(|_| !keeps_it);
-            next = other.map(|k| alike.remove(k).beginnings);
-            // What stood behind this effect stands behind the next one.
-            if let Some(next) = next.as_ref().map(|b| b[0].promise.candidate) {
-                alike.iter_mut().filter(|a| a.other == own).for_each(|a| a.other = next);
-            }
-        }
-        Ok(())
-    }
-
     /// Whether another effect has gained much more than this one promises, wherever it begins.
     fn is_outdone(&self, beginnings: &Beginnings, found: &[(Refit, VecDeque<Beginning>)]) -> bool {
         let promised = beginnings.iter().map(|b| b.promise.gain).fold(0.0, f64::max);
@@ -267,7 +213,7 @@ impl Search<'_> {
 
     /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,
     /// from the plain fit with hardly any of the effect. With it the starts that are left.
-    fn begin<'b>(
+    pub(super) fn begin<'b>(
         &self,
         beginnings: Beginnings<'b>,
         say: &mut dyn FnMut(String),
@@ -293,7 +239,11 @@ impl Search<'_> {
     }
 
     /// A refit with one effect.
-    fn begun(&self, at: &Beginning, say: &mut dyn FnMut(String)) -> Result<Option<Refit>, DiagnosisError> {
+    pub(super) fn begun(
+        &self,
+        at: &Beginning,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
         let start = self.joined((at.x, &[]), &at.promise, at.chi_square)?;
         self.refit(&[at.promise.candidate], start, Depth::Competing, say)
     }
@@ -318,40 +268,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// What looks like the leader where that ended is refitted from there, unless it does as well already: at the plain fit, which imitates
-    /// what it lacks, it may look like something else, and its own refit may have ended in another minimum.
-    fn begin_where_leader_ended(
-        &self,
-        refits: &mut Vec<Refit>,
-        screened: &[Screened],
-        say: &mut dyn FnMut(String),
-    ) -> Result<(), DiagnosisError> {
-        let singles = refits.iter().filter(|r| r.members.len() == 1);
-        let Some(leader) = singles.max_by(|a, b| a.evidence.total_cmp(&b.evidence)) else { return Ok(()) };
-        let (own, enough) = (leader.members[0], leader.evidence - self.thresholds.decisive);
-        let x = leader.fit.x().to_vec();
-        let there = Elsewhere::at(self.setup, self.covariance, self.plain, &x)?;
-        let of_leader = screened.iter().find(|s| s.candidate == own);
-        let Some((there, of_leader)) = there.zip(of_leader) else { return Ok(()) };
-        let look = there.signature(of_leader);
-        let does_as_well = |k: usize| refits.iter().any(|r| r.members == [k] && r.evidence >= enough);
-        let others = screened.iter().filter(|s| s.candidate != own && !does_as_well(s.candidate));
-        let like_it = others.filter(|s| there.signature(s).looks_like(&look));
-        let mut beginnings: Vec<Beginning> = like_it.map(|s| self.beginning_at(&there, s)).collect();
-        beginnings.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
-        for at in beginnings.into_iter().take(if self.quick { QUICK_ALIKE } else { usize::MAX }) {
-            let Some(found) = self.begun(&at, say)? else { continue };
-            match refits.iter_mut().find(|r| r.members == found.members) {
-                Some(before) if found.gain <= before.gain => {}
-                Some(before) => *before = found,
-                None => refits.push(found),
-            }
-        }
-        Ok(())
-    }
-
     /// Where an effect's refit may begin elsewhere than at the plain fit.
-    fn beginning_at<'b>(&self, there: &Elsewhere<'b>, s: &Screened) -> Beginning<'b> {
+    pub(super) fn beginning_at<'b>(&self, there: &Elsewhere<'b>, s: &Screened) -> Beginning<'b> {
         let &Elsewhere { x, chi_square, ref tangent } = there;
         let promise = self.promise(s, &tangent.linear, &tangent.covariance);
         // More than the whole gap cannot be gained.
