@@ -4,6 +4,7 @@ use super::location::spots;
 use super::screening::Family;
 use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
+use super::thresholds::Thresholds;
 use crate::fit::IterationRecord;
 use crate::inference::Setup;
 use crate::inference::effect::Candidate;
@@ -40,6 +41,11 @@ impl Refit {
     /// Whether noise alone leaves such a rest with more than this probability.
     pub fn leaves_noise(&self, significant: f64) -> bool {
         self.adequacy > significant
+    }
+
+    /// Whether it leaves noise or what may be a matter of the effect's form.
+    pub fn meets_data(&self, thresholds: &Thresholds) -> bool {
+        self.adequacy > thresholds.inadequate || self.leaves_little
     }
 
     /// The same beside another fit of the plain model than `before`.

@@ -2,7 +2,6 @@
 
 use super::confirming::{Refit, whole};
 use super::diagnose::{DiagnosisError, Effort};
-use super::gap::{gap_percent, swing_percent};
 use super::location::{Spot, spots};
 use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
@@ -10,7 +9,7 @@ use super::something_else::{SomethingElse, something_else};
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitPlan, Tangent, chi_squares, fit};
-use crate::inference::{Setup, Signature, white_residual};
+use crate::inference::{Setup, Signature};
 use crate::noise::{Covariance, NoiseModel};
 use nalgebra::DVector;
 
@@ -38,10 +37,6 @@ pub struct Round {
     pub significance: Significance,
     /// What a smooth error of any shape explains.
     pub something_else: SomethingElse,
-    /// What of the gap known errors leave (% of the peak): the height of a test's specimens, or an error of the simulation, is none.
-    pub beside_known_errors_percent: f64,
-    /// Whether that is less than what matters.
-    pub is_small: bool,
     /// Models with effects.
     pub refits: Vec<Refit>,
 }
@@ -95,7 +90,7 @@ impl Asked<'_> {
                     || elsewhere.iter().any(|there| there.signature(s).strength() * largest >= threshold)
             };
             let shown: Vec<&Screened> = round.screened.iter().filter(may_show).collect();
-            let (elsewhere, is_small) = (&elsewhere, round.is_small);
+            let elsewhere = &elsewhere;
             let search = Search {
                 setup,
                 elsewhere,
@@ -105,7 +100,6 @@ impl Asked<'_> {
                 covariance,
                 evaluations,
                 quick,
-                is_small,
                 thresholds,
             };
             round.refits = search.run(&round.screened, &shown, say)?;
@@ -153,23 +147,8 @@ impl Asked<'_> {
         let probability = if flagrant { local.min(misfit) } else { local };
         say(format!("largest score {largest:.2}, probability under noise {probability:.4}"));
         let something_else = something_else(observations, &plain.linear, covariance);
-        let white_mn = covariance.white_mn();
-        let rest_mn = white_residual(&plain).component_mul(white_mn);
-        let beside_known_errors_percent =
-            gap_percent(observations, &rest_mn).max(swing_percent(observations, &rest_mn, white_mn));
-        let is_small = beside_known_errors_percent < effort.matters_percent;
         let significance = Significance { family, probability, flagrant };
-        Ok(Round {
-            plain,
-            screened,
-            failed,
-            spots,
-            significance,
-            something_else,
-            beside_known_errors_percent,
-            is_small,
-            refits: vec![],
-        })
+        Ok(Round { plain, screened, failed, spots, significance, something_else, refits: vec![] })
     }
 }
 

@@ -81,15 +81,13 @@ pub struct Search<'a> {
     pub evaluations: usize,
     /// Fewer models.
     pub quick: bool,
-    /// Whether the gap is too small to matter.
-    pub is_small: bool,
     /// What decides.
     pub thresholds: Thresholds,
 }
 
 impl Search<'_> {
     /// Refits of the effects that these data would show, or seem to show, best first; all that were `screened` may stand in for the
-    /// best of them. A quick one refits the rest only where nothing explains a gap that matters.
+    /// best of them. A quick one refits the rest only where nothing explains the gap.
     ///
     /// # Errors
     /// When the user asked to stop.
@@ -131,8 +129,7 @@ impl Search<'_> {
         rest.extend(others.into_iter().map(|a| a.beginnings));
         let refits = found.into_iter().map(|(refit, _)| refit).collect();
         let refits = self.settled(refits, screened, shown, say)?;
-        if rest.is_empty() || self.is_small || refits.iter().any(|r| r.leaves_little || self.leaves_noise(r))
-        {
+        if rest.is_empty() || refits.iter().any(|r| r.meets_data(&self.thresholds)) {
             return Ok(refits);
         }
         let mut more = Vec::new();

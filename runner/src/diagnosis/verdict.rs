@@ -88,7 +88,7 @@ fn add_distinct(
 
 /// Decides.
 pub fn decide(e: &Evidence) -> Decision {
-    let Thresholds { significant, inadequate, decisive, complexity, immaterial, .. } = e.thresholds;
+    let Thresholds { significant, decisive, complexity, immaterial, .. } = e.thresholds;
     let mut weights: Vec<f64> = e.refits.iter().map(|r| weight(r, complexity)).collect();
     // Where a single effect leaves nothing but noise, something else cannot be more likely: a smooth error of any shape
     // fits whatever an effect of an unexpected size does.
@@ -118,7 +118,7 @@ pub fn decide(e: &Evidence) -> Decision {
         // What somebody could see is three deviations above what noise passes once in twenty cases.
         return decision(Kind::NoGap, vec![], None, 1.0);
     }
-    let explains = |r: &Refit| (r.adequacy > inadequate || r.leaves_little) && (e.accepted)(r) != Some(false);
+    let explains = |r: &Refit| r.meets_data(&e.thresholds) && (e.accepted)(r) != Some(false);
     let mut order: Vec<usize> = (0..e.refits.len()).collect();
     order.sort_by(|a, b| weights[*b].total_cmp(&weights[*a]));
     let elsewhere_share = probabilities[e.refits.len()];
