@@ -142,12 +142,10 @@ impl LinearSolver {
             }
             self.fall_back(values)?;
         }
-        let Factors::PartialPivoting(numeric) = &self.factors else { return Err(Singular) };
-        let symbolic = self.structure.fallback().ok_or(Singular)?;
-        solve_by_partial_pivoting(symbolic, numeric, rhs)
+        self.solve_roughly(rhs)
     }
 
-    /// Solves in place for one right-hand side with the factors that there are, without a check.
+    /// Solves in place for right-hand sides that stand one after the other with the factors that there are, without a check.
     ///
     /// # Errors
     /// When there are none.
@@ -155,7 +153,7 @@ impl LinearSolver {
         match &self.factors {
             Factors::None => Err(Singular),
             Factors::Multifrontal => {
-                self.numeric.solve_in_place(rhs, 1);
+                self.numeric.solve_in_place(rhs, rhs.len() / self.structure.pattern.unknowns());
                 Ok(())
             }
             Factors::PartialPivoting(numeric) => {

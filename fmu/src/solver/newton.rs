@@ -147,8 +147,10 @@ pub fn solve<S: System>(
             .map_err(|_| NewtonFailure::Singular(iteration))?;
         let largest = correction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let negligible = constrained && largest <= NEGLIGIBLE;
-        secants.clear();
-        secants.note(correction);
+        if S::KEEPS_FACTORS {
+            secants.clear();
+            secants.note(correction);
+        }
         for (c, s) in correction.iter_mut().zip(system.scale()) {
             *c *= s;
         }

@@ -175,11 +175,9 @@ impl Search<'_> {
     /// fit that misses much has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain
     /// better; at the other starts nothing is imitated, but what is promised there is farther from the truth.
     fn beginnings(&self, shown: &[&Screened]) -> Vec<Beginnings<'_>> {
-        let at_fit = |s: &&Screened| {
-            let promise = self.promise(s, &self.plain.linear, &self.plain.covariance);
-            let promise = Promise { gain: promise.gain.min(excess(self.plain)), ..promise };
-            Beginning { promise, rank: 0, x: self.plain.x(), chi_square: self.plain.solution.chi_square }
-        };
+        let plain = self.plain;
+        let fit = (plain.x(), plain.solution.chi_square);
+        let at_fit = |s: &&Screened| self.beginning(s, fit, (&plain.linear, &plain.covariance));
         let mut points = vec![shown.iter().map(at_fit).collect::<Vec<_>>()];
         for there in self.elsewhere {
             points.push(shown.iter().map(|s| self.beginning_at(there, s)).collect());
@@ -267,8 +265,18 @@ impl Search<'_> {
 
     /// Where an effect's refit may begin elsewhere than at the plain fit.
     pub(super) fn beginning_at<'b>(&self, there: &Elsewhere<'b>, s: &Screened) -> Beginning<'b> {
-        let &Elsewhere { x, chi_square, ref tangent } = there;
-        let promise = self.promise(s, &tangent.linear, &tangent.covariance);
+        let Elsewhere { x, chi_square, tangent } = there;
+        self.beginning(s, (x, *chi_square), (&tangent.linear, &tangent.covariance))
+    }
+
+    /// Where an effect's refit may begin: at parameters where the plain model has a chi^2, and is linearised with a covariance.
+    fn beginning<'b>(
+        &self,
+        s: &Screened,
+        (x, chi_square): (&'b [f64], f64),
+        (linear, covariance): (&Linearised, &Covariance),
+    ) -> Beginning<'b> {
+        let promise = self.promise(s, linear, covariance);
         // More than the whole gap cannot be gained.
         let promise = Promise { gain: promise.gain.min(excess(self.plain)), ..promise };
         Beginning { promise, rank: 0, x, chi_square }
