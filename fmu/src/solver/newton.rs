@@ -91,6 +91,7 @@ pub struct Workspace {
     correction: Vec<f64>,
     trial: Vec<f64>,
     secants: Secants,
+    start: Vec<f64>,
 }
 
 impl Workspace {
@@ -98,7 +99,8 @@ impl Workspace {
     pub fn new(unknowns: usize, entries: usize) -> Self {
         let zeros = || vec![0.0; unknowns];
         let values = vec![0.0; entries];
-        Self { residual: zeros(), values, correction: zeros(), trial: zeros(), secants: Secants::default() }
+        let secants = Secants::default();
+        Self { residual: zeros(), values, correction: zeros(), trial: zeros(), secants, start: zeros() }
     }
 
     /// Values of the dimensionless tangent where it was evaluated last.
@@ -118,7 +120,8 @@ impl Workspace {
 /// Iterates `x` to a residual norm below `tolerance`; returns the norms of all iterations.
 ///
 /// Where a system keeps its factors, the corrections after that with a new tangent are made with the same factors as long as these
-/// lead to the solution soon (simplified Newton iteration). The system was evaluated last at the solution.
+/// lead to the solution soon (simplified Newton iteration); where that fails, Newton's method begins anew with a tangent for each.
+/// The system was evaluated last at the solution.
 ///
 /// # Errors
 /// The reason why there is no solution; `x` is then undefined.
@@ -128,6 +131,24 @@ pub fn solve<S: System>(
     x: &mut [f64],
     tolerance: f64,
 ) -> Result<Vec<f64>, NewtonFailure> {
+    if !S::KEEPS_FACTORS {
+        return iterate(system, work, x, tolerance, false);
+    }
+    work.start.copy_from_slice(x);
+    iterate(system, work, x, tolerance, true).or_else(|_| {
+        x.copy_from_slice(&work.start);
+        iterate(system, work, x, tolerance, false)
+    })
+}
+
+/// One iteration from `x`, whose factors are used again or not.
+fn iterate<S: System>(
+    system: &mut S,
+    work: &mut Workspace,
+    x: &mut [f64],
+    tolerance: f64,
+    uses_factors_again: bool,
+) -> Result<Vec<f64>, NewtonFailure> {
     let mut norm = work.evaluate(system, x).map_err(NewtonFailure::Inadmissible)?;
     let mut norms = vec![norm];
     // The starting point need not satisfy the Dirichlet conditions: the first correction imposes them.
@@ -136,10 +157,10 @@ pub fn solve<S: System>(
         if constrained && norm <= tolerance {
             return Ok(norms);
         }
-        if S::KEEPS_FACTORS && iteration > 0 {
+        if uses_factors_again && iteration > 0 {
             norm = work.evaluate(system, x).map_err(NewtonFailure::Inadmissible)?;
         }
-        let Workspace { residual, values, correction, trial, secants } = work;
+        let Workspace { residual, values, correction, trial, secants, .. } = work;
         system.statistics().iterations += 1;
         correction.copy_from_slice(residual);
         system
@@ -147,7 +168,7 @@ pub fn solve<S: System>(
             .map_err(|_| NewtonFailure::Singular(iteration))?;
         let largest = correction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let negligible = constrained && largest <= NEGLIGIBLE;
-        if S::KEEPS_FACTORS {
+        if uses_factors_again {
             secants.clear();
             secants.note(correction);
         }
@@ -164,7 +185,7 @@ pub fn solve<S: System>(
                 *t = x - step * c;
             }
             // The next corrections may do without the tangent.
-            let tangent = (!S::KEEPS_FACTORS).then_some(&mut values[..]);
+            let tangent = (!uses_factors_again).then_some(&mut values[..]);
             let evaluated = system.evaluate(trial, residual, tangent);
             let last = halvings == MAX_HALVINGS;
             match evaluated {
@@ -191,7 +212,7 @@ pub fn solve<S: System>(
         constrained = true;
         x.copy_from_slice(trial);
         norms.push(norm);
-        if S::KEEPS_FACTORS {
+        if uses_factors_again {
             norm = correct_again(system, work, x, &mut norms, tolerance)?;
         }
     }
