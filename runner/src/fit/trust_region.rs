@@ -15,6 +15,10 @@ use super::subproblem::Decomposition;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
+/// A quarter of a step misses what was predicted of it by a sixteenth of what the whole step does, where residuals are smooth, and by a
+/// quarter where the Jacobian is wrong. Where it misses by more than this part, residuals jump in between: no shorter step is worth more.
+const NOISY: f64 = 0.5;
+
 /// A point with residuals and Jacobian.
 pub(super) struct Point {
     pub x: DVector<f64>,
@@ -128,6 +132,8 @@ fn iterate<P: Problem + ?Sized>(
     };
 
     let mut rejected = false;
+    // By how much the last rejected step missed what was predicted of it.
+    let mut missed = f64::INFINITY;
     loop {
         if log.evaluations >= options.max_evaluations {
             return (None, Some(StopReason::EvaluationBudget));
@@ -167,6 +173,8 @@ fn iterate<P: Problem + ?Sized>(
                 }
             }
         };
+        let trial = Trial::new(x_new, f_new);
+        let missing = trial.cost - (point.cost - step.predicted);
         let correction = Correction {
             model: &model,
             solver: (&decomposition, *alpha),
@@ -175,7 +183,7 @@ fn iterate<P: Problem + ?Sized>(
             here: point,
             most_evaluations: options.max_evaluations,
         };
-        let trial = match correction.lead(problem, Trial::new(x_new, f_new), log) {
+        let trial = match correction.lead(problem, trial, log) {
             Ok(trial) => trial,
             Err(stop) => return (None, Some(stop)),
         };
@@ -206,10 +214,13 @@ fn iterate<P: Problem + ?Sized>(
 
         if actual <= 0.0 {
             problem.rejected(x_new.as_slice());
-            rejected = true;
             if outcome.is_some() {
                 return (None, outcome);
             }
+            if missing > NOISY * missed {
+                return (None, Some(StopReason::ChiSquareChange));
+            }
+            (rejected, missed) = (true, missing);
             continue;
         }
         match differentiate(problem, &x_new, &f_new, log) {

@@ -326,3 +326,13 @@ fn noise_of_the_residuals_ends_a_fit_that_has_arrived() {
     assert!(solution.stop.converged() && solution.evaluations < 12, "{solution:?}");
     assert!((solution.x[0] - 1.0).abs() < 0.1 && (solution.x[1] + 2.27).abs() < 0.2, "{:?}", solution.x);
 }
+
+#[test]
+fn a_jump_of_the_residuals_ends_a_fit_before_it() {
+    // What would be gained lies beyond a jump that costs more: a quarter of the step meets the whole of it.
+    let f = |x: &[f64]| vec![30.0 + f64::from(x[0] > 0.0), 0.5 * (x[0] - 1.0), 0.5 * (x[1] - 1.0)];
+    let solution = solve(2, f, &[-1e-8, 1.0], &Bounds::none(2), &tight());
+    // Where only a short step ends it: 47 evaluations.
+    assert!(solution.stop.converged() && solution.evaluations <= 9, "{solution:?}");
+    assert_eq!(solution.x[0], -1e-8);
+}

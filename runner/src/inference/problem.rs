@@ -4,7 +4,8 @@
 //! Columns of the Jacobian come from the FMU's own derivatives of the force, where it has them, and from finite differences
 //! elsewhere. Eager: when the optimiser names a trial point, its runs start at once, and those of its finite differences behind them
 //! at lower priority. If the point is taken, the Jacobian is already on its way; if it is rejected, dropping the handles cancels
-//! what has not run.
+//! what has not run. Where workers would be idle, they compute the force of a trial without its derivatives beside: it is known
+//! in less than half the time whether the point is taken.
 
 use super::effect::{Candidate, is_continuous};
 use super::jacobian_load::{JacobianLoad, Window};
@@ -49,6 +50,8 @@ enum Slope {
 struct Trial {
     x: Vec<f64>,
     runs: Vec<Run>,
+    /// The same without derivatives, where these were started, too.
+    swift: Option<Vec<Run>>,
     /// Shift and runs of each column by differences.
     shifted: Vec<Option<(f64, Vec<Run>)>>,
     load: Window,
@@ -129,14 +132,20 @@ impl<'a> ForceProblem<'a> {
         (parameters, active)
     }
 
-    /// Starts the runs of a point and of its differences.
-    fn begin(&self, x: &[f64]) -> Trial {
-        let load = Window::open(self.setup.engine.pool());
-        let runs = self.submit(x, self.slopes.contains(&Slope::Exact), Priority::Urgent);
+    /// Starts the runs of a point and of its differences; `is_trial` where its force decides whether its derivatives are wanted.
+    fn begin(&self, x: &[f64], is_trial: bool) -> Trial {
+        let (engine, with_derivatives) = (self.setup.engine, self.slopes.contains(&Slope::Exact));
+        let load = Window::open(engine.pool());
+        let runs = self.submit(x, with_derivatives, Priority::Urgent);
+        let is_known = runs.iter().all(Run::has_ended);
+        // poropunch's own force is the same to the last bit with derivatives and without.
+        let is_worth_it = is_trial && with_derivatives && engine.is_own() && !is_known;
+        let swift = (is_worth_it && engine.pool().idle() >= runs.len())
+            .then(|| self.submit(x, false, Priority::Urgent));
         let shifted = (0..x.len())
             .map(|j| (self.slopes[j] == Slope::Difference).then(|| self.shifted(x, j, None)))
             .collect();
-        Trial { x: x.to_vec(), runs, shifted, load }
+        Trial { x: x.to_vec(), runs, swift, shifted, load }
     }
 
     /// Runs of a shifted variable; inwards at its upper bound, so that no run leaves the bounds.
@@ -221,9 +230,9 @@ impl Problem for ForceProblem<'_> {
         }
         let trial = match self.trial.take() {
             Some(trial) if trial.x == x => trial,
-            _ => self.begin(x),
+            _ => self.begin(x, true),
         };
-        let result = self.difference_mn(&trial.runs);
+        let result = self.difference_mn(trial.swift.as_ref().unwrap_or(&trial.runs));
         // A point that failed needs no Jacobian: dropping its columns cancels them.
         self.trial = result.is_ok().then_some(trial);
         self.count(result)
@@ -232,7 +241,7 @@ impl Problem for ForceProblem<'_> {
     fn jacobian(&mut self, x: &[f64], r: &[f64]) -> Result<DMatrix<f64>, EvaluationFailure> {
         let trial = match self.trial.take() {
             Some(trial) if trial.x == x => trial,
-            _ => self.begin(x),
+            _ => self.begin(x, false),
         };
         let of_others = self.slopes.contains(&Slope::OfTheOthers);
         let others = of_others.then(|| {
@@ -259,6 +268,13 @@ impl Problem for ForceProblem<'_> {
         }
         self.load.add(trial.load.close(self.setup.engine.pool()));
         Ok(jacobian)
+    }
+
+    fn with_jacobian(&mut self, x: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), EvaluationFailure> {
+        self.trial = Some(self.begin(x, false));
+        let r = self.residual(x)?;
+        let jacobian = self.jacobian(x, &r)?;
+        Ok((r, jacobian))
     }
 
     fn prefetch(&mut self, points: &[Vec<f64>]) {

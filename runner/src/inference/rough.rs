@@ -2,7 +2,8 @@
 //!
 //! The rough model - coarsest mesh, steps and residuals as accurate as it is - differs by a per cent of the force and costs a
 //! fraction. It is fitted; then the difference of the two models at the solution is added to its force as it is, and the fit
-//! goes on, until a run of the model asked for gives what the corrected rough one foresees (space mapping: Bandler et al. 1994).
+//! goes on, until a run of the model asked for gives what the corrected rough one foresees, or fits no better than the one before
+//! (space mapping: Bandler et al. 1994).
 //! The solution and its force are those of the model asked for. Derivatives are the rough one's: they are as accurate as it is, a
 //! per cent, and so are the widths of intervals.
 
@@ -11,7 +12,9 @@ use super::problem::ForceProblem;
 use super::setup::Setup;
 use super::start::{Face, Known};
 use super::unknowns::Unknowns;
-use crate::fit::{EvaluationFailure, IterationRecord, Options, Solution, StopReason, Whitening, minimise};
+use crate::fit::{
+    EvaluationFailure, IterationRecord, Options, Problem, Solution, StopReason, Whitening, minimise,
+};
 use crate::noise::Covariance;
 use crate::pool::Priority;
 use nalgebra::DVector;
@@ -22,7 +25,8 @@ const ROUGH: [(&str, f64); 3] =
 /// Rougher under a sphere or a cone, where the contact's nodes close one after the other, each by iterations of its own: elements
 /// twice the coarsest mesh's and first step, both over the radius of the shank.
 const ROUGH_TIP: [(&str, f64); 2] = [("mesh.edge_size", 1.0 / 8.0), ("solver.initial_increment", 0.05)];
-const ROUGH_TIP_RESIDUAL: (&str, f64) = ("solver.newton_tolerance", 1e-6);
+/// Where a node closes one step later, the force jumps by a part of the peak that shorter steps lower more than they cost.
+const ROUGH_TIP_ACCURACY: [(&str, f64); 2] = [("solver.newton_tolerance", 1e-6), ("solver.tolerance", 1e-2)];
 /// The corrected model foresees the other one where their squared difference is less than this part of the number of points, in units
 /// of the covariance: no further correction lowers chi^2 by more than about that.
 const FORESEEN: f64 = 1e-2;
@@ -64,7 +68,7 @@ fn rough_unknowns(setup: Setup) -> Unknowns {
     match known.map(|known| known.rig.face) {
         Some(Face::Sphere { shank, .. } | Face::Cone { shank, .. }) => {
             let lengths = ROUGH_TIP.map(|(name, part)| (name, part * shank));
-            unknowns.with_fixed(&lengths).with_fixed(&[ROUGH_TIP_RESIDUAL])
+            unknowns.with_fixed(&lengths).with_fixed(&ROUGH_TIP_ACCURACY)
         }
         _ => unknowns,
     }
@@ -97,6 +101,8 @@ pub fn search_roughly(
         if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let mut solution = found.fit.solution.clone();
+    // The best point of the model asked for, and by what the rough one is corrected there.
+    let mut best: Option<(Solution, Twin)> = None;
     for _ in 0..MOST_CORRECTIONS {
         if solution.stop == StopReason::StopRequested {
             break;
@@ -114,10 +120,17 @@ pub fn search_roughly(
         let before = before.into_iter().chain(std::iter::repeat(0.0));
         let changes = twin.offset_mn.iter().zip(before).map(|(new, old)| new - old);
         let change = DVector::from_iterator(twin.offset_mn.len(), changes);
-        if covariance.apply(&change).norm_squared() <= FORESEEN * change.len() as f64 {
+        let is_foreseen = covariance.apply(&change).norm_squared() <= FORESEEN * change.len() as f64;
+        solution.residual = problem(twin.setup(setup), &[], covariance).residual(&solution.x)?;
+        solution.chi_square = solution.residual.iter().map(|r| r * r).sum();
+        // A correction that does not lower chi^2 any more has met steps of the rough model.
+        let is_worse = best.as_ref().is_some_and(|(best, _)| best.chi_square <= solution.chi_square);
+        if is_foreseen || is_worse {
+            let (solution, twin) = best.filter(|_| is_worse).unwrap_or((solution, twin));
             let fit = Fit::at(twin.setup(setup), &[], covariance, solution)?;
             return Ok(Found { fit, twin: Some(twin), ..found });
         }
+        best = Some((solution.clone(), twin.clone()));
         let mut problem = problem(twin.setup(setup), &[], covariance);
         let bounds = setup.unknowns.optimiser_bounds();
         solution = after(minimise(&mut problem, &solution.x, bounds, &settled, &mut watch)?, &solution);

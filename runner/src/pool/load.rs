@@ -53,6 +53,11 @@ impl Load {
         self.change(|running| running)
     }
 
+    /// Number of runs under way.
+    pub fn running(&self) -> usize {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).running
+    }
+
     fn change(&self, running: impl FnOnce(usize) -> usize) -> f64 {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Instant::now();

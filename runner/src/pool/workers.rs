@@ -64,6 +64,12 @@ impl Pool {
         self.workers.len()
     }
 
+    /// Number of workers that nobody has anything for.
+    pub fn idle(&self) -> usize {
+        let waiting: usize = [&self.urgent, &self.speculative].into_iter().flatten().map(Sender::len).sum();
+        self.size().saturating_sub(self.load.running() + waiting)
+    }
+
     /// Queues a job and returns at once.
     pub fn submit(&self, job: Job, priority: Priority) -> Run {
         let run = Run::new();
