@@ -4,8 +4,8 @@
 //! Columns of the Jacobian come from the FMU's own derivatives of the force, where it has them, and from finite differences
 //! elsewhere. Eager: when the optimiser names a trial point, its runs start at once, and those of its finite differences behind them
 //! at lower priority. If the point is taken, the Jacobian is already on its way; if it is rejected, dropping the handles cancels
-//! what has not run. Where workers would be idle, they compute the force of a trial without its derivatives beside: it is known
-//! in less than half the time whether the point is taken.
+//! what has not run. After a rejected point a worker that would be idle computes the force of the next one without its derivatives
+//! beside: it is known in less than half the time whether that is taken.
 
 use super::effect::{Candidate, is_continuous};
 use super::jacobian_load::{JacobianLoad, Window};
@@ -30,6 +30,8 @@ pub struct ForceProblem<'a> {
     slopes: Vec<Slope>,
     trial: Option<Trial>,
     screened: Vec<(Vec<f64>, Vec<Run>)>,
+    /// Whether the last point was rejected.
+    was_rejected: bool,
     load: JacobianLoad,
     failed: u64,
 }
@@ -75,7 +77,7 @@ impl<'a> ForceProblem<'a> {
         let magnitudes = std::iter::repeat_n(Slope::Difference, active.len());
         let slopes = (0..u.len()).map(slope).chain(magnitudes).collect();
         let (trial, screened, load) = (None, Vec::new(), JacobianLoad::default());
-        Self { setup, active, on, slopes, trial, screened, load, failed: 0 }
+        Self { setup, active, on, slopes, trial, screened, was_rejected: false, load, failed: 0 }
     }
 
     /// Bounds of variables and magnitudes.
@@ -132,14 +134,14 @@ impl<'a> ForceProblem<'a> {
         (parameters, active)
     }
 
-    /// Starts the runs of a point and of its differences; `is_trial` where its force decides whether its derivatives are wanted.
-    fn begin(&self, x: &[f64], is_trial: bool) -> Trial {
+    /// Starts the runs of a point and of its differences; `may_be_rejected` where its force decides whether its derivatives are wanted.
+    fn begin(&self, x: &[f64], may_be_rejected: bool) -> Trial {
         let (engine, with_derivatives) = (self.setup.engine, self.slopes.contains(&Slope::Exact));
         let load = Window::open(engine.pool());
         let runs = self.submit(x, with_derivatives, Priority::Urgent);
         let is_known = runs.iter().all(Run::has_ended);
         // poropunch's own force is the same to the last bit with derivatives and without.
-        let is_worth_it = is_trial && with_derivatives && engine.is_own() && !is_known;
+        let is_worth_it = may_be_rejected && with_derivatives && engine.is_own() && !is_known;
         let swift = (is_worth_it && engine.pool().idle() >= runs.len())
             .then(|| self.submit(x, false, Priority::Urgent));
         let shifted = (0..x.len())
@@ -230,7 +232,7 @@ impl Problem for ForceProblem<'_> {
         }
         let trial = match self.trial.take() {
             Some(trial) if trial.x == x => trial,
-            _ => self.begin(x, true),
+            _ => self.begin(x, self.was_rejected),
         };
         let result = self.difference_mn(trial.swift.as_ref().unwrap_or(&trial.runs));
         // A point that failed needs no Jacobian: dropping its columns cancels them.
@@ -267,6 +269,7 @@ impl Problem for ForceProblem<'_> {
             scale_rows(&mut jacobian.columns_mut(0, exact), &with, &curves);
         }
         self.load.add(trial.load.close(self.setup.engine.pool()));
+        self.was_rejected = false;
         Ok(jacobian)
     }
 
@@ -286,6 +289,7 @@ impl Problem for ForceProblem<'_> {
     }
 
     fn rejected(&mut self, _x: &[f64]) {
+        self.was_rejected = true;
         self.trial = None;
     }
 }
