@@ -64,7 +64,7 @@ fn dissipations_never_fall() {
 /// Goal: a run that has no solution ends soon. Set-up: a permeability that falls by a hundred times its plausible exponent while the
 /// sample drains; some 14 s into the hold, all but the shortest steps fail. Tolerance: an error after at most twice the failures allowed.
 #[test]
-#[ignore = "long: a minute of failing steps"]
+#[ignore = "long: half a minute of failing steps"]
 fn a_lost_run_ends_in_an_error() {
     let mut parameters = Parameters::default();
     parameters.mesh.preset = MeshPreset::Coarse;

@@ -92,6 +92,8 @@ pub struct Workspace {
     trial: Vec<f64>,
     secants: Secants,
     start: Vec<f64>,
+    /// Whether a solution since the start was corrected by old factors.
+    used_factors_again: bool,
 }
 
 impl Workspace {
@@ -100,7 +102,15 @@ impl Workspace {
         let zeros = || vec![0.0; unknowns];
         let values = vec![0.0; entries];
         let secants = Secants::default();
-        Self { residual: zeros(), values, correction: zeros(), trial: zeros(), secants, start: zeros() }
+        Self {
+            residual: zeros(),
+            values,
+            correction: zeros(),
+            trial: zeros(),
+            secants,
+            start: zeros(),
+            used_factors_again: false,
+        }
     }
 
     /// Values of the dimensionless tangent where it was evaluated last.
@@ -135,7 +145,11 @@ pub fn solve<S: System>(
         return iterate(system, work, x, tolerance, false);
     }
     work.start.copy_from_slice(x);
-    iterate(system, work, x, tolerance, true).or_else(|_| {
+    work.used_factors_again = false;
+    iterate(system, work, x, tolerance, true).or_else(|failure| {
+        if !work.used_factors_again {
+            return Err(failure);
+        }
         x.copy_from_slice(&work.start);
         iterate(system, work, x, tolerance, false)
     })
@@ -230,7 +244,7 @@ fn correct_again(
     norms: &mut Vec<f64>,
     tolerance: f64,
 ) -> Result<f64, NewtonFailure> {
-    let Workspace { residual, correction, trial, secants, .. } = work;
+    let Workspace { residual, correction, trial, secants, used_factors_again, .. } = work;
     let mut norm = norms.last().copied().unwrap_or(f64::INFINITY);
     while norm > tolerance {
         correction.copy_from_slice(residual);
@@ -248,6 +262,7 @@ fn correct_again(
             Ok(next) if next <= tolerance.max(SUFFICIENT * norm) => {
                 let is_soon = leads_soon(norm, next, tolerance);
                 norm = next;
+                *used_factors_again = true;
                 x.copy_from_slice(trial);
                 norms.push(norm);
                 if !is_soon {
