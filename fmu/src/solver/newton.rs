@@ -91,6 +91,7 @@ pub struct Workspace {
     correction: Vec<f64>,
     trial: Vec<f64>,
     secants: Secants,
+    /// Where the solution began.
     start: Vec<f64>,
     /// Whether a solution since the start was corrected by old factors.
     used_factors_again: bool,
@@ -141,12 +142,9 @@ pub fn solve<S: System>(
     x: &mut [f64],
     tolerance: f64,
 ) -> Result<Vec<f64>, NewtonFailure> {
-    if !S::KEEPS_FACTORS {
-        return iterate(system, work, x, tolerance, false);
-    }
     work.start.copy_from_slice(x);
     work.used_factors_again = false;
-    iterate(system, work, x, tolerance, true).or_else(|failure| {
+    iterate(system, work, x, tolerance, S::KEEPS_FACTORS).or_else(|failure| {
         if !work.used_factors_again {
             return Err(failure);
         }
@@ -155,13 +153,13 @@ pub fn solve<S: System>(
     })
 }
 
-/// One iteration from `x`, whose factors are used again or not.
+/// One iteration from `x`, which may use factors again or not.
 fn iterate<S: System>(
     system: &mut S,
     work: &mut Workspace,
     x: &mut [f64],
     tolerance: f64,
-    uses_factors_again: bool,
+    may_use_factors_again: bool,
 ) -> Result<Vec<f64>, NewtonFailure> {
     let mut norm = work.evaluate(system, x).map_err(NewtonFailure::Inadmissible)?;
     let mut norms = vec![norm];
@@ -171,7 +169,7 @@ fn iterate<S: System>(
         if constrained && norm <= tolerance {
             return Ok(norms);
         }
-        if uses_factors_again && iteration > 0 {
+        if may_use_factors_again && iteration > 0 {
             norm = work.evaluate(system, x).map_err(NewtonFailure::Inadmissible)?;
         }
         let Workspace { residual, values, correction, trial, secants, .. } = work;
@@ -182,7 +180,7 @@ fn iterate<S: System>(
             .map_err(|_| NewtonFailure::Singular(iteration))?;
         let largest = correction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let negligible = constrained && largest <= NEGLIGIBLE;
-        if uses_factors_again {
+        if may_use_factors_again {
             secants.clear();
             secants.note(correction);
         }
@@ -199,7 +197,7 @@ fn iterate<S: System>(
                 *t = x - step * c;
             }
             // The next corrections may do without the tangent.
-            let tangent = (!uses_factors_again).then_some(&mut values[..]);
+            let tangent = (!may_use_factors_again).then_some(&mut values[..]);
             let evaluated = system.evaluate(trial, residual, tangent);
             let last = halvings == MAX_HALVINGS;
             match evaluated {
@@ -226,7 +224,7 @@ fn iterate<S: System>(
         constrained = true;
         x.copy_from_slice(trial);
         norms.push(norm);
-        if uses_factors_again {
+        if may_use_factors_again {
             norm = correct_again(system, work, x, &mut norms, tolerance)?;
         }
     }

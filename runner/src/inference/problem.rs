@@ -4,8 +4,8 @@
 //! Columns of the Jacobian come from the FMU's own derivatives of the force, where it has them, and from finite differences
 //! elsewhere. Eager: when the optimiser names a trial point, its runs start at once, and those of its finite differences behind them
 //! at lower priority. If the point is taken, the Jacobian is already on its way; if it is rejected, dropping the handles cancels
-//! what has not run. After a rejected point a worker that would be idle computes the force of the next one without its derivatives
-//! beside: it is known in less than half the time whether that is taken.
+//! what has not run. After a point that was not taken, a worker that would be idle computes the force of the next one without its
+//! derivatives beside: it is known in less than half the time whether that is taken.
 
 use super::effect::{Candidate, is_continuous};
 use super::jacobian_load::{JacobianLoad, Window};
@@ -30,8 +30,8 @@ pub struct ForceProblem<'a> {
     slopes: Vec<Slope>,
     trial: Option<Trial>,
     screened: Vec<(Vec<f64>, Vec<Run>)>,
-    /// Whether the last point was rejected.
-    was_rejected: bool,
+    /// Whether the derivatives of the last point were asked for.
+    was_taken: bool,
     load: JacobianLoad,
     failed: u64,
 }
@@ -77,7 +77,7 @@ impl<'a> ForceProblem<'a> {
         let magnitudes = std::iter::repeat_n(Slope::Difference, active.len());
         let slopes = (0..u.len()).map(slope).chain(magnitudes).collect();
         let (trial, screened, load) = (None, Vec::new(), JacobianLoad::default());
-        Self { setup, active, on, slopes, trial, screened, was_rejected: false, load, failed: 0 }
+        Self { setup, active, on, slopes, trial, screened, was_taken: true, load, failed: 0 }
     }
 
     /// Bounds of variables and magnitudes.
@@ -232,8 +232,9 @@ impl Problem for ForceProblem<'_> {
         }
         let trial = match self.trial.take() {
             Some(trial) if trial.x == x => trial,
-            _ => self.begin(x, self.was_rejected),
+            _ => self.begin(x, !self.was_taken),
         };
+        self.was_taken = false;
         let result = self.difference_mn(trial.swift.as_ref().unwrap_or(&trial.runs));
         // A point that failed needs no Jacobian: dropping its columns cancels them.
         self.trial = result.is_ok().then_some(trial);
@@ -269,15 +270,8 @@ impl Problem for ForceProblem<'_> {
             scale_rows(&mut jacobian.columns_mut(0, exact), &with, &curves);
         }
         self.load.add(trial.load.close(self.setup.engine.pool()));
-        self.was_rejected = false;
+        self.was_taken = true;
         Ok(jacobian)
-    }
-
-    fn with_jacobian(&mut self, x: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), EvaluationFailure> {
-        self.trial = Some(self.begin(x, false));
-        let r = self.residual(x)?;
-        let jacobian = self.jacobian(x, &r)?;
-        Ok((r, jacobian))
     }
 
     fn prefetch(&mut self, points: &[Vec<f64>]) {
@@ -289,7 +283,6 @@ impl Problem for ForceProblem<'_> {
     }
 
     fn rejected(&mut self, _x: &[f64]) {
-        self.was_rejected = true;
         self.trial = None;
     }
 }

@@ -25,8 +25,7 @@ const ROUGH: [(&str, f64); 3] =
 /// Rougher under a sphere or a cone, where the contact's nodes close one after the other, each by iterations of its own: elements
 /// twice the coarsest mesh's and first step, both over the radius of the shank.
 const ROUGH_TIP: [(&str, f64); 2] = [("mesh.edge_size", 1.0 / 8.0), ("solver.initial_increment", 0.05)];
-/// Where a node closes one step later, the force jumps by a part of the peak that shorter steps lower more than they cost.
-const ROUGH_TIP_ACCURACY: [(&str, f64); 2] = [("solver.newton_tolerance", 1e-6), ("solver.tolerance", 1e-2)];
+const ROUGH_TIP_RESIDUAL: (&str, f64) = ("solver.newton_tolerance", 1e-6);
 /// The corrected model foresees the other one where their squared difference is less than this part of the number of points, in units
 /// of the covariance: no further correction lowers chi^2 by more than about that.
 const FORESEEN: f64 = 1e-2;
@@ -68,7 +67,7 @@ fn rough_unknowns(setup: Setup) -> Unknowns {
     match known.map(|known| known.rig.face) {
         Some(Face::Sphere { shank, .. } | Face::Cone { shank, .. }) => {
             let lengths = ROUGH_TIP.map(|(name, part)| (name, part * shank));
-            unknowns.with_fixed(&lengths).with_fixed(&ROUGH_TIP_ACCURACY)
+            unknowns.with_fixed(&lengths).with_fixed(&[ROUGH_TIP_RESIDUAL])
         }
         _ => unknowns,
     }
@@ -121,7 +120,8 @@ pub fn search_roughly(
         let changes = twin.offset_mn.iter().zip(before).map(|(new, old)| new - old);
         let change = DVector::from_iterator(twin.offset_mn.len(), changes);
         let is_foreseen = covariance.apply(&change).norm_squared() <= FORESEEN * change.len() as f64;
-        solution.residual = problem(twin.setup(setup), &[], covariance).residual(&solution.x)?;
+        let mut corrected = problem(twin.setup(setup), &[], covariance);
+        solution.residual = corrected.residual(&solution.x)?;
         solution.chi_square = solution.residual.iter().map(|r| r * r).sum();
         // A correction that does not lower chi^2 any more has met steps of the rough model.
         let is_worse = best.as_ref().is_some_and(|(best, _)| best.chi_square <= solution.chi_square);
@@ -131,9 +131,8 @@ pub fn search_roughly(
             return Ok(Found { fit, twin: Some(twin), ..found });
         }
         best = Some((solution.clone(), twin.clone()));
-        let mut problem = problem(twin.setup(setup), &[], covariance);
         let bounds = setup.unknowns.optimiser_bounds();
-        solution = after(minimise(&mut problem, &solution.x, bounds, &settled, &mut watch)?, &solution);
+        solution = after(minimise(&mut corrected, &solution.x, bounds, &settled, &mut watch)?, &solution);
     }
     if solution.stop == StopReason::StopRequested {
         return Ok(Found { fit: Fit { solution, ..found.fit.clone() }, ..found });
