@@ -4,7 +4,7 @@
 //! every effect that these data would show, or seem to show (quick: those that promise most), from where it promises more: the plain
 //! model's fit or the other starts
 //! -> the leaders from the others, too, while the best of them leaves more than noise
-//! -> quick: only then those that promise much less than another has gained; what looks like the best
+//! -> quick: where it does not meet the data, those that promise much less than another has gained; what looks like the best
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows
@@ -108,7 +108,7 @@ impl Search<'_> {
             }
         }
         self.begin_elsewhere(&mut found, say)?;
-        if !outdone.is_empty() && !leader(&found).is_some_and(|best| self.leaves_noise(best)) {
+        if !outdone.is_empty() && !leader(&found).is_some_and(|best| best.meets_data(&self.thresholds)) {
             for beginnings in outdone {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
             }
