@@ -2,6 +2,7 @@
 
 use super::confirming::Refit;
 use super::diagnose::DiagnosisError;
+use super::looks::QUICK_ALIKE;
 use super::screening::{Screened, Screening};
 use super::search::{PROMISING, Promise, Search};
 use crate::fit::EvaluationFailure;
@@ -12,11 +13,9 @@ use crate::noise::form_errors;
 /// Second effects of different looks that are refitted with the best one.
 const QUICK_PARTNERS: usize = 2;
 const PARTNERS: usize = 4;
-/// A second effect, and what would do as well in its place.
-struct Partner {
-    promise: Promise,
-    alternatives: Vec<usize>,
-}
+
+/// Second effects that look the same in the rest of the first, the most promising one first.
+type Look = Vec<Promise>;
 
 impl Search<'_> {
     /// A single effect together with what its rest shows, where it shows something: with what promises most there, and the best of these
@@ -28,18 +27,45 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
         let mut best: Option<Refit> = None;
-        for Partner { promise, alternatives } in self.partners(single, shown)? {
-            let before = &single.fit.solution;
-            let start = self.joined((&before.x, &single.members), &promise, before.chi_square)?;
-            let members = [single.members[0], promise.candidate];
-            let pair = self.refit(&members, start, Depth::Minimum, say)?;
-            let pair = pair.map(|pair| Refit { alternatives, ..pair });
+        for look in self.looks_of_rest(single, shown)? {
+            let pair = self.pair_with_one_of(single, &look, say)?;
             best = match (best, pair) {
                 (Some(a), Some(b)) => Some(if b.evidence > a.evidence { b } else { a }),
                 (a, b) => a.or(b),
             };
         }
         Ok(best)
+    }
+
+    /// A single effect with the first of a look, and with those that look like it until one meets the data: a promise is linear. With it the
+    /// others that promise as much and were not refuted.
+    fn pair_with_one_of(
+        &self,
+        single: &Refit,
+        look: &[Promise],
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
+        let before = &single.fit.solution;
+        let mut tried: Vec<Refit> = vec![];
+        let most = if self.quick { 1 + QUICK_ALIKE } else { look.len() };
+        for promise in look.iter().take(most) {
+            let start = self.joined((&before.x, &single.members), promise, before.chi_square)?;
+            let members = [single.members[0], promise.candidate];
+            tried.extend(self.refit(&members, start, Depth::Minimum, say)?);
+            if tried.iter().any(|pair| pair.adequacy > self.thresholds.inadequate) {
+                break;
+            }
+        }
+        tried.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let Some(best) = tried.first().cloned() else { return Ok(None) };
+        let promised = look.iter().filter(|p| look[0].gain - p.gain < self.thresholds.decisive);
+        let not_refuted = |k: &usize| match tried.iter().find(|pair| pair.members[1] == *k) {
+            Some(pair) => best.evidence - pair.evidence < self.thresholds.decisive,
+            None => true,
+        };
+        let others = promised.map(|p| p.candidate).filter(|k| *k != best.members[1]);
+        let alternatives = others.filter(not_refuted).collect();
+        Ok(Some(Refit { alternatives, ..best }))
     }
 
     /// Where a pair beats the best single effect, its second may have a better partner than that effect, which has imitated both: a pair
@@ -97,8 +123,8 @@ impl Search<'_> {
         self.refit(&[pair.members[k]], start, Depth::Competing, say)
     }
 
-    /// What the rest of a single effect shows best, beyond what the effect's form may leave: one of each look.
-    fn partners(&self, single: &Refit, shown: &[&Screened]) -> Result<Vec<Partner>, EvaluationFailure> {
+    /// What the rest of a single effect shows best, beyond what the effect's form may leave.
+    fn looks_of_rest(&self, single: &Refit, shown: &[&Screened]) -> Result<Vec<Look>, EvaluationFailure> {
         let (fit, first) = (&single.fit, single.members[0]);
         let Some(alone) = shown.iter().find(|s| s.candidate == first) else { return Ok(vec![]) };
         // A switch has no magnitude that was fitted.
@@ -129,18 +155,14 @@ impl Search<'_> {
         in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));
         let least = PROMISING * in_rest.first().map_or(0.0, |(best, _)| best.gain);
         let most = if self.quick { QUICK_PARTNERS } else { PARTNERS };
-        let mut found: Vec<(Partner, &Signature)> = vec![];
+        let mut found: Vec<(Look, &Signature)> = vec![];
         for (promise, signature) in in_rest {
-            match found.iter().position(|(_, look)| look.looks_like(signature)) {
-                Some(k) if found[k].0.promise.gain - promise.gain < self.thresholds.decisive => {
-                    found[k].0.alternatives.push(promise.candidate);
-                }
-                None if found.len() < most && promise.gain >= least => {
-                    found.push((Partner { promise, alternatives: vec![] }, signature));
-                }
-                _ => {}
+            match found.iter().position(|(_, first)| first.looks_like(signature)) {
+                Some(k) => found[k].0.push(promise),
+                None if found.len() < most && promise.gain >= least => found.push((vec![promise], signature)),
+                None => {}
             }
         }
-        Ok(found.into_iter().map(|(partner, _)| partner).collect())
+        Ok(found.into_iter().map(|(look, _)| look).collect())
     }
 }

@@ -7,7 +7,8 @@
 //! -> quick: where it does not meet the data, those that promise much less than another has gained; what looks like the best
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
-//! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows
+//! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
+//! the next best, too, until a pair meets the data
 //! -> quick: all others, where none of these explains the gap
 //! ```
 
@@ -30,6 +31,9 @@ pub(super) const PROMISING: f64 = 0.5;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
+/// So many single effects are tried as the first of a pair until one of the pairs meets the data.
+const QUICK_FIRSTS: usize = 3;
+const FIRSTS: usize = 5;
 
 /// What an effect would do for a fit, by its signature.
 #[derive(Clone)]
@@ -150,21 +154,39 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
         self.begin_where_leader_ended(&mut refits, screened, say)?;
-        let pairs: Vec<Refit> = refits.extract_if(.., |r| r.members.len() > 1).collect();
+        let mut pairs: Vec<Refit> = refits.extract_if(.., |r| r.members.len() > 1).collect();
         self.carry_on(&mut refits, say)?;
-        if let Some(best) = refits.first().filter(|best| !self.leaves_noise(best)) {
-            let (single, first) = (best.evidence, best.members[0]);
-            // A pair of the same leader was made before.
-            if !pairs.iter().any(|pair| pair.members.contains(&first))
-                && let Some(pair) = self.pair(best, shown, say)?
-            {
-                let pair = self.with_another_first(pair, single, shown, say)?;
+        if refits.first().is_some_and(|best| !self.leaves_noise(best)) {
+            for first in self.firsts(&refits) {
+                if pairs.iter().any(|pair| pair.adequacy > self.thresholds.inadequate) {
+                    break;
+                }
+                let is_paired = pairs.iter().any(|pair| pair.members.contains(&first));
+                let Some(single) = refits.iter().find(|r| r.members == [first] && !is_paired) else {
+                    continue;
+                };
+                let evidence = single.evidence;
+                let Some(pair) = self.pair(single, shown, say)? else { continue };
+                let pair = self.with_another_first(pair, evidence, shown, say)?;
                 self.each_alone(&pair, &mut refits, say)?;
-                refits.push(pair);
+                // Two firsts may lead to one pair.
+                let is_same = |other: &&mut Refit| pair.members.iter().all(|k| other.members.contains(k));
+                match pairs.iter_mut().find(is_same) {
+                    Some(before) if before.evidence < pair.evidence => *before = pair,
+                    Some(_) => {}
+                    None => pairs.push(pair),
+                }
             }
         }
         refits.extend(pairs);
         Ok(refits)
+    }
+
+    /// Single effects that may be the first of a pair: the best, and those that gain nearly as much, as one of them may imitate two others.
+    fn firsts(&self, singles: &[Refit]) -> Vec<usize> {
+        let most = if self.quick { QUICK_FIRSTS } else { FIRSTS };
+        let least = PROMISING * singles.first().map_or(0.0, |best| best.gain);
+        singles.iter().filter(|r| r.gain >= least).map(|r| r.members[0]).take(most).collect()
     }
 
     fn leaves_noise(&self, refit: &Refit) -> bool {
