@@ -46,7 +46,7 @@ fn main() -> Result<(), Error> {
             };
             let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
             let single = single_run(&engine, &test, &unknowns)?;
-            let plan = SearchPlan { starts: 1, seed: 1, evaluations: 60 };
+            let plan = SearchPlan { starts: 1, seed: 1, others: vec![], evaluations: 60 };
             let setup = Setup::new(&engine, std::slice::from_ref(&test), &unknowns);
             let (start, before) = (Instant::now(), engine.pool().run_seconds());
             let found = identify(setup, &Weights::default(), &plan, false, &mut |_, _| {})?.found;

@@ -85,7 +85,7 @@ fn main() {
         let data = [Observation::new(&m, None).expect("data")];
         let setup = Setup::new(&engine, &data, &unknowns);
         let covariance = Covariance::new(DVector::from_element(m.len(), sigma_mn), vec![]);
-        let plan = SearchPlan { starts: 1, seed: 1, evaluations: 60 };
+        let plan = SearchPlan { starts: 1, seed: 1, others: vec![], evaluations: 60 };
         let found = search(setup, &covariance, &plan, &mut |_, _| {}).map(|found| found.fit);
         let Some(fit) = found.ok() else {
             println!("{replicate},no fit");

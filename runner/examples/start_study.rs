@@ -314,14 +314,15 @@ fn compared(
         let requests = Requests { defaults, ..Requests::default() };
         Unknowns::new(engine.wiring(), true, &requests).map_err(|e| e.to_string()).expect("a map")
     };
-    let fit = |map: &Unknowns, covariance: &Covariance| {
-        let plan = SearchPlan { starts: 1, seed: 1, evaluations: 60 };
+    let fit = |map: &Unknowns, covariance: &Covariance, others: &[Vec<f64>]| {
+        let plan = SearchPlan { starts: 1, seed: 1, others: others.to_vec(), evaluations: 60 };
         search(Setup::new(engine, &data, map), covariance, &plan, &mut |_, _| {})
     };
+    let elsewhere = [map(start.clone().hardly_draining().defaults(none)).start().to_vec()];
     let begun_at_truth = at_truth(&told, &if branches == 1 { together(truth) } else { truth.clone() });
     let (told, known, begun_at_truth) = (map(told), map(known), map(begun_at_truth));
     let covariance = noise_at_start(Setup::new(engine, &data, &told), &Weights::default())?.covariance;
-    let found = fit(&told, &covariance)?.fit;
+    let found = fit(&told, &covariance, &elsewhere)?.fit;
     let linear = Statistics::new(&told, &found, &[m.len()])?;
     let setup = Setup::new(engine, &data, &told);
     let bends = bends(setup, &found, &linear)?;
@@ -330,11 +331,11 @@ fn compared(
     let true_quantities = material_quantities(2, &Resolution { branches: vec![], ..resolution.clone() });
     let statistics = linear.resolved(resolution).along(&told, &found.solution.x, bends);
     let derived = estimate(&quantities, &told, &found.solution.x, &statistics, &|_: &mut Values| {});
-    let from_truth = fit(&begun_at_truth, &covariance)?.fit.solution.chi_square;
+    let from_truth = fit(&begun_at_truth, &covariance, &[])?.fit.solution.chi_square;
     let of_data = statistics.chi_square;
     let with_two_branches = match branches {
         2 => of_data,
-        _ => Statistics::new(&known, &fit(&known, &covariance)?.fit, &[m.len()])?.chi_square,
+        _ => Statistics::new(&known, &fit(&known, &covariance, &[])?.fit, &[m.len()])?.chi_square,
     };
     let solution = found.solution;
     let values: Values = truth.iter().map(|(name, value)| (name.clone(), *value)).collect();

@@ -62,7 +62,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let started = std::time::Instant::now();
     let fit = &arguments.fit;
-    let (weights, plan) = (fit.weights()?, fit.plan()?);
+    let (weights, mut plan) = (fit.weights()?, fit.plan()?);
     let nuisances = Nuisances {
         zero: arguments.reading.zero == Some(Zero::Fit),
         tare: arguments.reading.tare == Some(Tare::Fit),
@@ -87,6 +87,9 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         requests.defaults = start.defaults(*mentioned);
     }
     let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
+    if let Some((start, mentioned)) = &start {
+        plan.others = start.elsewhere(*mentioned, &engine, &requests, &unknowns)?;
+    }
     idle::check(fit, &unknowns, &fitted)?;
     check(&fitted, &weights)?;
     check(&validation, &weights)?;
@@ -113,7 +116,11 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
         say!("warning: {doubt}");
     }
     match &start {
-        Some((start, _)) => say!("start from the data: {}", start.in_words()),
+        Some((start, _)) => {
+            let other =
+                if plan.others.is_empty() { "" } else { "; a second fit starts with a hundredth of that K0" };
+            say!("start from the data: {}{other}", start.in_words());
+        }
         None if engine.is_own() => {
             say!("warning: the data do not tell where to start: Table 1's values and bounds are taken");
         }
@@ -123,15 +130,17 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     let folder = take(&arguments.out, "identify")?;
     call.keep(&folder)?;
 
-    let progress = Progress::of_fit((plan.evaluations * plan.starts) as u64);
+    let starts = plan.all_starts();
+    let progress = Progress::of_fit((plan.evaluations * starts) as u64);
+    let mut evaluations = vec![0; starts];
     let mut observe = |start: usize, record: &crate::fit::IterationRecord| {
-        let done = start * plan.evaluations + record.evaluations;
+        evaluations[start] = record.evaluations;
+        let done: usize = evaluations.iter().sum();
         let runs = engine.cache().statistics().runs;
         let chi = record.chi_square;
         let (start, iteration) = (start + 1, record.iteration);
-        let text =
-            format!("start {start}/{}, iteration {iteration}: chi^2 = {chi:.4}, {runs} runs", plan.starts);
-        let numbers = serde_json::json!({ "start": start, "starts": plan.starts, "iteration": iteration,
+        let text = format!("start {start}/{starts}, iteration {iteration}: chi^2 = {chi:.4}, {runs} runs");
+        let numbers = serde_json::json!({ "start": start, "starts": starts, "iteration": iteration,
             "chi_square": chi, "evaluations": done, "runs": runs });
         progress.show_fit(done as u64, text, numbers);
     };

@@ -60,6 +60,38 @@ pub struct MultiStart {
     pub records: Vec<StartRecord>,
 }
 
+impl MultiStart {
+    /// Searches from one start each, as one search; the records are numbered one after the other.
+    ///
+    /// # Errors
+    /// When none of them found anything: what kept the first one from it.
+    pub fn joined(searches: Vec<Result<Self, FitError>>) -> Result<Self, FitError> {
+        let mut all: Option<Self> = None;
+        let mut failure = None;
+        for search in searches {
+            let search = match search {
+                Ok(search) => search,
+                Err(error) => {
+                    failure = failure.or(Some(error));
+                    continue;
+                }
+            };
+            let Some(joined) = &mut all else {
+                all = Some(search);
+                continue;
+            };
+            let before = joined.records.len();
+            if significantly_better(&search.best, &joined.best) {
+                (joined.best, joined.best_start) = (search.best, before + search.best_start);
+            }
+            let later = search.records.into_iter();
+            joined.records.extend(later.map(|r| StartRecord { index: before + r.index, ..r }));
+        }
+        let nothing = || FitError::StartFailed("no start was given".to_owned());
+        all.ok_or_else(|| failure.unwrap_or_else(nothing))
+    }
+}
+
 /// Minimises from several starts. `observe` gets the index of the start and each iteration; breaking ends the
 /// whole search with the best point so far.
 ///
@@ -260,6 +292,23 @@ mod tests {
         let failed: Vec<_> = many.records.iter().filter(|r| r.failure.is_some()).collect();
         assert!(!failed.is_empty());
         assert!(failed.iter().all(|r| r.start[0] > 1.2 && r.chi_square.is_none()));
+    }
+
+    #[test]
+    fn of_searches_side_by_side_the_best_is_told_and_one_that_fails_is_no_end() {
+        let from = |start: f64| {
+            let mut problem = DoubleWell { prefetched: 0, fails_above: 2.5 };
+            let bounds = Bounds::new(vec![-2.0], vec![3.0]).unwrap();
+            let many = MultiStartOptions { starts: 1, refined: 8, seed: 7 };
+            let go = &mut |_, _: &IterationRecord| ControlFlow::Continue(());
+            minimise_from_many(&mut problem, &[start], &bounds, &Options::default(), &many, go)
+        };
+        let joined = MultiStart::joined(vec![from(2.9), from(-1.5), from(1.5)]).unwrap();
+        assert!((joined.best.x[0] - 1.0).abs() < 1e-6);
+        assert_eq!((joined.best_start, joined.records.len(), joined.records[1].index), (1, 2, 1));
+        let first = MultiStart::joined(vec![from(1.5), from(-1.5)]).unwrap();
+        assert_eq!((first.best_start, first.best.x[0]), (0, joined.best.x[0]));
+        assert!(matches!(MultiStart::joined(vec![from(2.9)]), Err(FitError::StartFailed(_))));
     }
 
     #[test]

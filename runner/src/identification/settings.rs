@@ -140,6 +140,11 @@ impl FitSettings {
         if !(1e-6..=0.2).contains(&self.fd_step) {
             return Err(SettingsError::BadStep(self.fd_step));
         }
-        Ok(SearchPlan { starts: self.starts, seed: self.seed, evaluations: self.max_evaluations })
+        Ok(SearchPlan {
+            starts: self.starts,
+            seed: self.seed,
+            others: vec![],
+            evaluations: self.max_evaluations,
+        })
     }
 }

@@ -1,8 +1,10 @@
 //! Fits by generalised least squares: the plain model, or the model with effects, and their linearisation.
 
+mod side_by_side;
 mod tangent;
 mod together;
 
+pub(super) use side_by_side::{Searched, searched};
 pub use tangent::{Tangent, linearised};
 pub use together::least_chi_square;
 
@@ -12,10 +14,9 @@ use super::linearised::Linearised;
 use super::problem::ForceProblem;
 use super::rough::Twin;
 use super::setup::Setup;
-use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{
-    EvaluationFailure, FitError, IterationRecord, MultiStartOptions, Options, Prior, Problem, SharedErrors,
-    Solution, StartRecord, minimise,
+    EvaluationFailure, FitError, IterationRecord, Options, Prior, Problem, SharedErrors, Solution,
+    StartRecord, minimise,
 };
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
@@ -54,8 +55,6 @@ pub const ROUGH: f64 = 3e-2;
 const ROUGH_FORESEEN: f64 = 3e-3;
 /// A rough fit with more than this chi^2 per point misses the data, however it is polished.
 const HOPELESS: f64 = 1.3;
-/// Drawn starts that are refined to the end; the others are only screened.
-const REFINED: usize = 8;
 /// A Jacobian is not more accurate than this part of its largest singular value: by finite differences, and from the FMU's
 /// derivatives.
 const JACOBIAN_ACCURACY: [f64; 2] = [1e-4, 1e-6];
@@ -96,12 +95,21 @@ pub enum Depth {
 /// How a search from several starts is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchPlan {
-    /// Starts in all; the first is the unknowns' own.
+    /// The unknowns' own start, and drawn ones.
     pub starts: usize,
-    /// Seed of the others.
+    /// Seed of the drawn ones.
     pub seed: u64,
+    /// Other starts that the data tell; they are tried beside these.
+    pub others: Vec<Vec<f64>>,
     /// Largest number of evaluations per start.
     pub evaluations: usize,
+}
+
+impl SearchPlan {
+    /// Starts in all.
+    pub fn all_starts(&self) -> usize {
+        self.starts + self.others.len()
+    }
 }
 
 /// What a search from several starts found.
@@ -193,30 +201,12 @@ pub fn search(
     plan: &SearchPlan,
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Found, FitFailure> {
-    search_to(setup, covariance, plan, &options(setup, plan.evaluations), observe)
-}
-
-/// The same with other tolerances.
-pub(super) fn search_to(
-    setup: Setup,
-    covariance: &Covariance,
-    plan: &SearchPlan,
-    options: &Options,
-    observe: &mut dyn FnMut(usize, &IterationRecord),
-) -> Result<Found, FitFailure> {
-    let u = setup.unknowns;
-    let mut problem = problem(setup, &[], covariance);
-    let many = MultiStartOptions { starts: plan.starts.max(1), refined: REFINED, seed: plan.seed };
-    let mut watch = |start: usize, record: &IterationRecord| {
-        observe(start, record);
-        if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
-    let found =
-        minimise_from_many(&mut problem, u.start(), u.optimiser_bounds(), options, &many, &mut watch)?;
+    let options = options(setup, plan.evaluations);
+    let Searched { joined, load, failed_points, .. } = searched(setup, covariance, plan, &options, observe)?;
     // Its runs were made: no stop keeps them from being seen.
-    let (load, failed_points) = (problem.inner().load(), problem.inner().failed());
-    let fit = Fit::at(setup, &[], covariance, found.best)?;
-    Ok(Found { fit, best_start: found.best_start, starts: found.records, load, failed_points, twin: None })
+    let fit = Fit::at(setup, &[], covariance, joined.best)?;
+    let (best_start, starts) = (joined.best_start, joined.records);
+    Ok(Found { fit, best_start, starts, load, failed_points, twin: None })
 }
 
 /// Fits the plain model from a point near the optimum.

@@ -16,6 +16,12 @@ impl JacobianLoad {
         (self.seconds > 0.0 && self.run_seconds > 0.0).then(|| self.run_seconds / self.seconds)
     }
 
+    /// Of two that ran side by side: each saw the runs of both.
+    #[must_use]
+    pub(super) fn beside(self, other: Self) -> Self {
+        if other.seconds > self.seconds { other } else { self }
+    }
+
     pub(super) fn add(&mut self, (run_seconds, seconds): (f64, f64)) {
         self.run_seconds += run_seconds;
         self.seconds += seconds;

@@ -7,7 +7,7 @@
 //! The solution and its force are those of the model asked for. Derivatives are the rough one's: they are as accurate as it is, a
 //! per cent, and so are the widths of intervals.
 
-use super::fit::{Fit, FitFailure, Found, SearchPlan, options, problem, search, search_to};
+use super::fit::{Fit, FitFailure, Found, SearchPlan, Searched, options, problem, search, searched};
 use super::problem::ForceProblem;
 use super::setup::Setup;
 use super::start::{Face, Known};
@@ -83,7 +83,7 @@ pub fn search_roughly(
     plan: &SearchPlan,
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Found, FitFailure> {
-    let mut twin = Twin { unknowns: rough_unknowns(setup), offset_mn: vec![] };
+    let twin = Twin { unknowns: rough_unknowns(setup), offset_mn: vec![] };
     let settled = options(setup, plan.evaluations);
     let earlier = Options {
         chi_square_tolerance: EARLIER * settled.chi_square_tolerance,
@@ -91,15 +91,68 @@ pub fn search_roughly(
         foreseen_tolerance: EARLIER * settled.foreseen_tolerance,
         ..settled.clone()
     };
-    let Ok(found) = search_to(twin.setup(setup), covariance, plan, &earlier, observe) else {
+    let Ok(searched) = searched(twin.setup(setup), covariance, plan, &earlier, observe) else {
         return search(setup, covariance, plan, observe);
     };
-    let best_start = found.best_start;
-    let mut watch = |record: &IterationRecord| {
-        observe(best_start, record);
-        if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    let Searched { joined, ends, load, failed_points } = searched;
+    let found = |start: usize, fit: Fit, twin: Option<Twin>| Found {
+        fit,
+        best_start: start,
+        starts: joined.records.clone(),
+        load,
+        failed_points,
+        twin,
     };
-    let mut solution = found.fit.solution.clone();
+    let mut best: Option<Found> = None;
+    let mut astray = joined.best.x.clone();
+    for (start, end) in ends {
+        // What is this much worse by the rough model is hardly the better one; ends that are nearer are judged by the model asked for.
+        if best.as_ref().is_some_and(|best| best.fit.solution.chi_square <= end.chi_square) {
+            break;
+        }
+        let mut watch = |record: &IterationRecord| {
+            observe(start, record);
+            if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        // Its runs were made: no stop keeps them from being seen.
+        let by_rough_one = Fit::at(twin.setup(setup), &[], covariance, end.clone())?;
+        match corrected(setup, &twin, covariance, end, &settled, &mut watch)? {
+            (solution, None) if solution.stop == StopReason::StopRequested => {
+                let fit = Fit { solution, ..by_rough_one };
+                return Ok(best.unwrap_or_else(|| found(start, fit, None)));
+            }
+            (solution, None) => astray = solution.x,
+            (solution, Some(twin)) => {
+                if best.as_ref().is_none_or(|best| solution.chi_square < best.fit.solution.chi_square) {
+                    let fit = Fit::at(twin.setup(setup), &[], covariance, solution)?;
+                    best = Some(found(start, fit, Some(twin)));
+                }
+            }
+        }
+    }
+    if let Some(best) = best {
+        return Ok(best);
+    }
+    let unknowns = setup.unknowns.clone().starting_at(&astray);
+    search(
+        Setup { unknowns: &unknowns, ..setup },
+        covariance,
+        &SearchPlan { others: vec![], ..plan.clone() },
+        observe,
+    )
+}
+
+/// Goes on from the end of a fit by the rough model, with what the two models differ by. With the solution the corrected rough model, where it is
+/// a minimum of the model asked for; none where the user asked to stop, or the rough model does not lead there.
+fn corrected(
+    setup: Setup,
+    rough: &Twin,
+    covariance: &Covariance,
+    mut solution: Solution,
+    settled: &Options,
+    watch: &mut dyn FnMut(&IterationRecord) -> ControlFlow<()>,
+) -> Result<(Solution, Option<Twin>), FitFailure> {
+    let mut twin = rough.clone();
     // The best point of the model asked for, and by what the rough one is corrected there.
     let mut best: Option<(Solution, Twin)> = None;
     for _ in 0..MOST_CORRECTIONS {
@@ -127,18 +180,13 @@ pub fn search_roughly(
         let is_worse = best.as_ref().is_some_and(|(best, _)| best.chi_square <= solution.chi_square);
         if is_foreseen || is_worse {
             let (solution, twin) = best.filter(|_| is_worse).unwrap_or((solution, twin));
-            let fit = Fit::at(twin.setup(setup), &[], covariance, solution)?;
-            return Ok(Found { fit, twin: Some(twin), ..found });
+            return Ok((solution, Some(twin)));
         }
         best = Some((solution.clone(), twin.clone()));
         let bounds = setup.unknowns.optimiser_bounds();
-        solution = after(minimise(&mut corrected, &solution.x, bounds, &settled, &mut watch)?, &solution);
+        solution = after(minimise(&mut corrected, &solution.x, bounds, settled, watch)?, &solution);
     }
-    if solution.stop == StopReason::StopRequested {
-        return Ok(Found { fit: Fit { solution, ..found.fit.clone() }, ..found });
-    }
-    let unknowns = setup.unknowns.clone().starting_at(&solution.x);
-    search(Setup { unknowns: &unknowns, ..setup }, covariance, plan, observe)
+    Ok((solution, None))
 }
 
 /// Force of the model asked for minus that of the rough one (mN); none where one of them fails.

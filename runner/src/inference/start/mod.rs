@@ -72,6 +72,8 @@ pub struct Start {
 
 /// A branch of this part of the shortest ramp's time has relaxed when the ramp ends: its force is there during the ramp only.
 const HIDDEN: f64 = 0.1;
+/// A contact of this part of the permeability that drains it within the ramp has hardly drained by its end.
+const HARDLY_DRAINING: f64 = 1e-2;
 
 impl Start {
     /// The start that measurements tell, with so many branches; none where no force rises.
@@ -118,6 +120,14 @@ impl Start {
         }
         self.branches.insert(0, hidden);
         self.permeability_m2 *= (self.shortest_ramp_s / self.longest_s).min(1.0);
+        self
+    }
+
+    /// The same with a contact that hardly drains during the ramp: where the volumetric stiffness is not known either, relaxation by flow
+    /// and relaxation by viscosity are two explanations of one curve, each with its own minimum.
+    #[must_use]
+    pub fn hardly_draining(mut self) -> Self {
+        self.permeability_m2 *= HARDLY_DRAINING;
         self
     }
 

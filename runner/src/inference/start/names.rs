@@ -3,7 +3,9 @@
 use super::{Face, Known, MOST_BRANCHES, Rig, Start};
 use crate::data::Measurement;
 use crate::engine::Engine;
+use crate::inference::ParameterError;
 use crate::inference::requests::{Defaults, Requests};
+use crate::inference::unknowns::Unknowns;
 use crate::noise::Observation;
 use crate::setting::{SettingError, settings_from};
 use std::collections::BTreeMap;
@@ -138,6 +140,27 @@ impl Start {
         let table = poropunch::variables::table().iter().map(|v| v.name);
         let free = table.filter(|name| start.contains_key(*name)).map(str::to_owned).collect();
         Defaults { free, fixed: absent, start, times_s }
+    }
+
+    /// Where else a fit of these unknowns, which start here, may start: none where lambda* is known or the permeability's start was given.
+    ///
+    /// # Errors
+    /// A request that cannot be used.
+    pub fn elsewhere(
+        &self,
+        mentioned: Mentioned,
+        engine: &Engine,
+        requests: &Requests,
+        unknowns: &Unknowns,
+    ) -> Result<Vec<Vec<f64>>, ParameterError> {
+        if !unknowns.free().iter().any(|p| p.name == LAMBDA_STAR) {
+            return Ok(vec![]);
+        }
+        let requests =
+            Requests { defaults: self.clone().hardly_draining().defaults(mentioned), ..requests.clone() };
+        let other = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
+        let start = other.start().to_vec();
+        Ok(if start == unknowns.start() { vec![] } else { vec![start] })
     }
 
     /// In words, for terminal and report.
