@@ -9,6 +9,7 @@ use crate::processor::vector_instructions;
 use poropunch::motion::protocol::Protocol;
 use poropunch::variables::sensitivities;
 use std::collections::{BTreeMap, HashMap};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -159,6 +160,11 @@ impl Engine {
     /// Whether the user asked to stop.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(std::sync::atomic::Ordering::Relaxed)
+    }
+
+    /// What a fit does after an accepted step: it goes on until the user asks to stop.
+    pub fn going_on(&self) -> ControlFlow<()> {
+        if self.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 

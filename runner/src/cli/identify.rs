@@ -117,9 +117,10 @@ pub fn run(arguments: &Arguments, call: &Invocation) -> CliResult {
     }
     match &start {
         Some((start, _)) => {
-            let other =
-                if plan.others.is_empty() { "" } else { "; a second fit starts with a hundredth of that K0" };
-            say!("start from the data: {}{other}", start.in_words());
+            say!("start from the data: {}", start.in_words());
+            if !plan.others.is_empty() {
+                say!("{}", Start::elsewhere_in_words());
+            }
         }
         None if engine.is_own() => {
             say!("warning: the data do not tell where to start: Table 1's values and bounds are taken");

@@ -26,15 +26,11 @@ impl Search<'_> {
         shown: &[&Screened],
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
-        let mut best: Option<Refit> = None;
+        let mut pairs = vec![];
         for look in self.looks_of_rest(single, shown)? {
-            let pair = self.pair_with_one_of(single, &look, say)?;
-            best = match (best, pair) {
-                (Some(a), Some(b)) => Some(if b.evidence > a.evidence { b } else { a }),
-                (a, b) => a.or(b),
-            };
+            pairs.extend(self.pair_with_one_of(single, &look, say)?);
         }
-        Ok(best)
+        Ok(pairs.into_iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence)))
     }
 
     /// A single effect with the first of a look, and with those that look like it until one meets the data: a promise is linear. With it the

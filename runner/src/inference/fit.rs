@@ -20,7 +20,6 @@ use crate::fit::{
 };
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
-use std::ops::ControlFlow;
 use thiserror::Error;
 
 /// A fit with everything that is judged of it.
@@ -221,9 +220,7 @@ pub fn refit(
 ) -> Result<Fit, FitFailure> {
     let mut problem = problem(setup, &[], covariance);
     let bounds = setup.unknowns.optimiser_bounds();
-    let mut watch = |_: &IterationRecord| {
-        if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
+    let mut watch = |_: &IterationRecord| setup.engine.going_on();
     let solution = minimise(&mut problem, start, bounds, &options(setup, evaluations), &mut watch)?;
     Ok(Fit::at(setup, &[], covariance, solution)?)
 }
@@ -243,7 +240,7 @@ pub fn fit(
     let mut problem = problem(setup, active, covariance);
     let mut watch = |record: &IterationRecord| {
         observe(record);
-        if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        setup.engine.going_on()
     };
     let settled = options(setup, plan.evaluations);
     let rough = Options {

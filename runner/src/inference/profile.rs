@@ -12,7 +12,6 @@ use super::unknowns::Unknowns;
 use crate::fit::{Bounds, EvaluationFailure, Problem, minimise};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use std::ops::ControlFlow;
 
 /// A value whose interval is asked for.
 #[derive(Debug, Clone)]
@@ -191,9 +190,7 @@ impl Profiler<'_> {
         };
         let inside = bounded.interior(&reduced, 1e-10);
         let options = options(self.setup, self.evaluations);
-        let go = &mut |_: &_| {
-            if self.setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
+        let go = &mut |_: &_| self.setup.engine.going_on();
         let Ok(found) = minimise(&mut problem, &inside, &bounded, &options, go) else {
             return if self.setup.engine.is_stopped() {
                 Err(EvaluationFailure::Interrupted)
@@ -281,6 +278,7 @@ impl<P: Problem> Problem for Given<P> {
 mod tests {
     use super::*;
     use crate::fit::Options;
+    use std::ops::ControlFlow;
 
     /// `(x0 - 1, x1 - 2, x0 + x1 - 4)`.
     struct Plane;

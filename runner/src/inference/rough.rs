@@ -112,7 +112,7 @@ pub fn search_roughly(
         }
         let mut watch = |record: &IterationRecord| {
             observe(start, record);
-            if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            setup.engine.going_on()
         };
         // Its runs were made: no stop keeps them from being seen.
         let by_rough_one = Fit::at(twin.setup(setup), &[], covariance, end.clone())?;

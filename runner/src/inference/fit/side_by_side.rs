@@ -4,7 +4,6 @@ use super::{JacobianLoad, SearchPlan, Setup, problem};
 use crate::fit::multi_start::minimise_from_many;
 use crate::fit::{FitError, IterationRecord, MultiStart, MultiStartOptions, Options, Solution};
 use crate::noise::Covariance;
-use std::ops::ControlFlow;
 use std::panic::resume_unwind;
 use std::sync::mpsc;
 use std::thread;
@@ -79,7 +78,7 @@ fn from_one(
     let mut problem = problem(setup, &[], covariance);
     let mut watch = |start: usize, record: &IterationRecord| {
         tell(start, record);
-        if setup.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        setup.engine.going_on()
     };
     let bounds = setup.unknowns.optimiser_bounds();
     let found = minimise_from_many(&mut problem, start, bounds, options, many, &mut watch);

@@ -7,7 +7,6 @@ use crate::inference::problem::ForceProblem;
 use crate::inference::setup::Setup;
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
-use std::ops::ControlFlow;
 
 /// Residuals of all parts, one after the other.
 struct Together<'a> {
@@ -66,8 +65,6 @@ pub fn least_chi_square<'a>(
         parts.push(SharedErrors::new(forces, covariance, DVector::from_vec(setup.measured_mn()), prior));
     }
     let mut problem = Together { parts, rows: vec![] };
-    let mut watch = |_: &_| {
-        if first.engine.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
+    let mut watch = |_: &_| first.engine.going_on();
     Ok(minimise(&mut problem, start, &bounds, &options(*first, evaluations), &mut watch)?.chi_square)
 }

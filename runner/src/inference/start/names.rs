@@ -1,6 +1,6 @@
 //! A start in the names of the model's parameters: what is fitted, from where, between which bounds.
 
-use super::{Face, Known, MOST_BRANCHES, Rig, Start};
+use super::{Face, HARDLY_DRAINING, Known, MOST_BRANCHES, Rig, Start};
 use crate::data::Measurement;
 use crate::engine::Engine;
 use crate::inference::ParameterError;
@@ -161,6 +161,11 @@ impl Start {
         let other = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
         let start = other.start().to_vec();
         Ok(if start == unknowns.start() { vec![] } else { vec![start] })
+    }
+
+    /// What [`Start::elsewhere`] tells, in words.
+    pub fn elsewhere_in_words() -> String {
+        format!("a second fit starts with {HARDLY_DRAINING} of that K0")
     }
 
     /// In words, for terminal and report.
