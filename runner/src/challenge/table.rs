@@ -2,6 +2,7 @@
 
 use super::binomial::Share;
 use super::score::{FAR, Scores, Table};
+use crate::inference::wording::whole_percent;
 use std::fmt::Write as _;
 
 /// Gates of the design, section 7.
@@ -73,18 +74,17 @@ pub fn markdown(table: &Table) -> String {
     for l in &table.lines {
         let seen = l.visibility.map_or_else(String::new, |v| format!("{v:.1}"));
         let gap = l.gap_percent.map_or_else(String::new, |g| format!("{g:.2} %"));
-        let percent = |x: f64| 100.0 * x;
         let shrunk = l.shrinkage.map_or_else(String::new, |(v, low, high)| {
-            format!("{:.0} % [{:.0}, {:.0}]", percent(v), percent(low), percent(high))
+            format!("{} % [{}, {}]", whole_percent(v), whole_percent(low), whole_percent(high))
         });
-        let truth = l.true_shrinkage.map_or_else(String::new, |v| format!("{:.0} %", percent(v)));
+        let truth = l.true_shrinkage.map_or_else(String::new, |v| format!("{} %", whole_percent(v)));
         let _ = writeln!(
             text,
-            "| {} | {} | {seen} | {gap} | {} | {:.0} % | {shrunk} | {truth} | {} |",
+            "| {} | {} | {seen} | {gap} | {} | {} % | {shrunk} | {truth} | {} |",
             l.id,
             l.truth,
             l.answer,
-            percent(l.confidence),
+            whole_percent(l.confidence),
             if l.right { "" } else { "wrong" }
         );
     }

@@ -2,7 +2,7 @@
 
 use super::figures;
 use super::result::*;
-use crate::inference::wording::{list, significant};
+use crate::inference::wording::{list, significant, whole_percent};
 use crate::report::plot::{heat_map, pretty};
 use crate::report::{assumed, document, glossary};
 use maud::{Markup, PreEscaped, html};
@@ -158,8 +158,9 @@ fn models(d: &Diagnosis) -> Markup {
 }
 
 fn held_out(d: &Diagnosis) -> Markup {
-    let part =
-        |v: Option<f64>| v.map_or_else(|| "undefined".to_owned(), |v| format!("{} %", number(100.0 * v, 0)));
+    let part = |v: Option<f64>| {
+        v.map_or_else(|| "undefined".to_owned(), |v| format!("{} %", whole_percent(v).replace('-', "−")))
+    };
     html! {
         h2 { "How much of the gap goes, in data that were not fitted" }
         @match &d.shrinkage {

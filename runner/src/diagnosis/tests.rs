@@ -108,8 +108,8 @@ fn a_gap_is_found() {
     }
 }
 
-#[test]
-fn the_json_keeps_its_layout() {
+/// An answer with nothing beside it.
+fn answer(kind: Kind, effects: &[&str]) -> Diagnosis {
     let model = ModelSummary {
         effects: vec!["load_cell_lag".into()],
         chi_square: 1.0,
@@ -123,15 +123,15 @@ fn the_json_keeps_its_layout() {
         rms_mn: 0.02,
     };
     let verdict = Verdict {
-        kind: Kind::NoneOfThese,
-        effects: vec![],
+        kind,
+        effects: effects.iter().map(|name| (*name).to_owned()).collect(),
         confidence: 0.9,
         gap_percent: 2.0,
         matters_percent: 1.0,
         is_immaterial: false,
         text: "x".into(),
     };
-    let diagnosis = Diagnosis {
+    Diagnosis {
         schema: SCHEMA.into(),
         command: String::new(),
         quick: true,
@@ -155,7 +155,34 @@ fn the_json_keeps_its_layout() {
         warnings: vec![],
         curves: vec![],
         seconds: 1.0,
+    }
+}
+
+#[test]
+fn what_one_of_a_pair_removes_is_not_told_of_the_pair() {
+    let told = |kind: Kind, effects: &[&str], chosen: &str| {
+        let shrinkage = ShrinkageSummary {
+            of: "P1 predicted from the rest".into(),
+            chosen: vec![chosen.into()],
+            before_mn: 3.754,
+            after_mn: 3.763,
+            value: Some(-0.0023),
+            interval: Some((-0.0024, 0.05)),
+            points: vec![],
+            predicted_before_mn: vec![],
+            predicted_after_mn: vec![],
+        };
+        super::wording::headline(&Diagnosis { shrinkage: Some(shrinkage), ..answer(kind, effects) })
     };
+    let pair = told(Kind::Pair, &["offset", "amplitude"], "offset");
+    assert!(pair.contains("would choose, offset, removes 0 % [0, 5] of the gap of 3.754 mN"), "{pair}");
+    let group = told(Kind::Group, &["offset", "amplitude"], "offset");
+    assert!(group.contains("it removes 0 % [0, 5]"), "{group}");
+}
+
+#[test]
+fn the_json_keeps_its_layout() {
+    let diagnosis = answer(Kind::NoneOfThese, &[]);
     let json = serde_json::to_value(&diagnosis).unwrap();
     assert_eq!(json["schema"], "poropunch.diagnosis/1");
     assert_eq!(json["verdict"]["kind"], "none of these");

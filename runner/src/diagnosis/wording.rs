@@ -3,7 +3,7 @@
 use super::result::{Diagnosis, EffectSummary, Kind};
 use crate::data::measurement::DOUBT;
 use crate::inference::effect::Candidate;
-use crate::inference::wording::{list, significant};
+use crate::inference::wording::{list, significant, whole_percent};
 use crate::report::columns;
 use std::fmt::Write as _;
 
@@ -99,7 +99,13 @@ fn removed(d: &Diagnosis) -> String {
         return "; in the data not fitted the plain model has no significant gap to check it by".to_owned();
     };
     let gap = format!("{part} of the gap of {:.3} mN in data not fitted", s.before_mn);
-    match s.chosen.iter().all(|name| d.verdict.effects.contains(name)) {
+    let answer = &d.verdict.effects;
+    // One of a pair alone is not the pair.
+    let is_answer = match d.verdict.kind {
+        Kind::Pair => answer.iter().all(|name| s.chosen.contains(name)),
+        _ => s.chosen.iter().all(|name| answer.contains(name)),
+    };
+    match is_answer {
         true => format!("; it removes {gap}"),
         false => format!("; what the fitted data alone would choose, {}, removes {gap}", list(&s.chosen)),
     }
@@ -107,8 +113,8 @@ fn removed(d: &Diagnosis) -> String {
 
 /// A shrinkage with its interval.
 fn part_gone(value: Option<f64>, interval: Option<(f64, f64)>) -> Option<String> {
-    let range = |(low, high): (f64, f64)| format!(" [{:.0}, {:.0}]", 100.0 * low, 100.0 * high);
-    value.map(|value| format!("{:.0} %{}", 100.0 * value, interval.map(range).unwrap_or_default()))
+    let range = |(low, high): (f64, f64)| format!(" [{}, {}]", whole_percent(low), whole_percent(high));
+    value.map(|value| format!("{} %{}", whole_percent(value), interval.map(range).unwrap_or_default()))
 }
 
 /// What would tell an effect from its rivals.

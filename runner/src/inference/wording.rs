@@ -39,6 +39,11 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
+/// A part of a whole in per cent, without the sign `%`; hardly less than nothing is `0`, not `-0`.
+pub fn whole_percent(part: f64) -> String {
+    format!("{:.0}", (100.0 * part).round() + 0.0)
+}
+
 /// `a`, `a and b`, `a, b and c`.
 pub fn list<S: AsRef<str>>(items: &[S]) -> String {
     match items {
@@ -205,6 +210,11 @@ mod tests {
         ] {
             assert_eq!(significant(value, digits), text);
         }
+    }
+
+    #[test]
+    fn nothing_has_no_sign() {
+        assert_eq!([-0.004, 0.004, -0.006, 0.996].map(whole_percent), ["0", "0", "-1", "100"]);
     }
 
     #[test]
