@@ -2,7 +2,7 @@
 
 use super::figures;
 use super::result::*;
-use crate::inference::wording::{list, significant, whole_percent};
+use crate::inference::wording::{fixed, list, significant};
 use crate::report::plot::{heat_map, pretty};
 use crate::report::{assumed, document, glossary};
 use maud::{Markup, PreEscaped, html};
@@ -38,7 +38,7 @@ pub fn page(d: &Diagnosis) -> String {
 const STYLE: &str = ".scroll { overflow-x: auto; } td, th { white-space: nowrap; } td.wrap, th.number { white-space: normal; }";
 
 fn number(value: f64, digits: usize) -> String {
-    format!("{value:.digits$}").replace('-', "−")
+    fixed(value, digits).replace('-', "−")
 }
 
 fn probability(p: f64) -> String {
@@ -158,9 +158,8 @@ fn models(d: &Diagnosis) -> Markup {
 }
 
 fn held_out(d: &Diagnosis) -> Markup {
-    let part = |v: Option<f64>| {
-        v.map_or_else(|| "undefined".to_owned(), |v| format!("{} %", whole_percent(v).replace('-', "−")))
-    };
+    let part =
+        |v: Option<f64>| v.map_or_else(|| "undefined".to_owned(), |v| format!("{} %", number(100.0 * v, 0)));
     html! {
         h2 { "How much of the gap goes, in data that were not fitted" }
         @match &d.shrinkage {

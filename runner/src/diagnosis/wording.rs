@@ -45,7 +45,7 @@ fn sizes(d: &Diagnosis) -> String {
 }
 
 fn answer(d: &Diagnosis) -> String {
-    let percent = format!("{:.0} %", 100.0 * d.verdict.confidence);
+    let percent = format!("{} %", whole_percent(d.verdict.confidence));
     let title = |name: &String| {
         let known = d.effects.iter().find(|e| e.name == *name);
         known.map_or_else(

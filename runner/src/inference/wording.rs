@@ -39,9 +39,18 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// A part of a whole in per cent, without the sign `%`; hardly less than nothing is `0`, not `-0`.
+/// A number with `digits` digits after the point; what is rounded to nothing has no sign.
+pub fn fixed(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(size) if size.chars().all(|c| matches!(c, '0' | '.')) => size.to_owned(),
+        _ => text,
+    }
+}
+
+/// A part of a whole in per cent, without the sign `%`.
 pub fn whole_percent(part: f64) -> String {
-    format!("{:.0}", (100.0 * part).round() + 0.0)
+    fixed(100.0 * part, 0)
 }
 
 /// `a`, `a and b`, `a, b and c`.
@@ -215,6 +224,7 @@ mod tests {
     #[test]
     fn nothing_has_no_sign() {
         assert_eq!([-0.004, 0.004, -0.006, 0.996].map(whole_percent), ["0", "0", "-1", "100"]);
+        assert_eq!([-0.0004, -0.0006, 0.0].map(|value| fixed(value, 3)), ["0.000", "-0.001", "0.000"]);
     }
 
     #[test]
