@@ -52,7 +52,9 @@ fn is_right(cause: &Cause, left: &Leftover) -> Option<bool> {
         Effect::GripStep { time_s, .. } | Effect::Bubble { time_s, .. } => step_at(time_s),
         Effect::Gain { from_s, to_s, .. } => step_at(from_s) || step_at(to_s) || goes_with(&[Course::Force]),
         Effect::Clip { .. } => goes_with(&[Course::Force, Course::Depth]),
-        Effect::Meniscus { .. } | Effect::Tilt { .. } => goes_with(&[Course::Contact, Course::Depth]),
+        Effect::Meniscus { .. } | Effect::Tilt { .. } => {
+            goes_with(&[Course::Contact, Course::Touch, Course::Depth])
+        }
         Effect::Backlash { .. } => goes_with(&[Course::Rate, Course::Depth]),
         _ => return None,
     })

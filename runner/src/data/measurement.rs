@@ -100,6 +100,16 @@ impl Measurement {
     }
 }
 
+/// Values over rising times, on a line between the points and constant beyond them; none where there is no point.
+pub fn interpolated(time_s: &[f64], values: &[f64], at_s: f64) -> Option<f64> {
+    let after = time_s.partition_point(|&t| t < at_s);
+    if after == 0 || after >= time_s.len() {
+        return values.get(after.min(time_s.len().checked_sub(1)?)).copied();
+    }
+    let part = (at_s - time_s[after - 1]) / (time_s[after] - time_s[after - 1]);
+    Some(values[after - 1] + part * (values[after] - values[after - 1]))
+}
+
 /// Median of some values, which must not be empty or NaN.
 pub fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);

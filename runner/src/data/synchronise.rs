@@ -6,7 +6,7 @@
 use super::cycle::{Cycle, cycles};
 use super::error::{DataError, Problem};
 use super::estimate::{Estimate, Quartiles};
-use super::measurement::{Measurement, median};
+use super::measurement::{Measurement, interpolated, median};
 
 /// Ramps of specimens whose rates or depths differ by more than this part are not the same ramp.
 const SAME_RAMP: f64 = 0.1;
@@ -125,13 +125,6 @@ impl Curve {
     fn span(&self) -> (f64, f64) {
         (self.time_s.first().copied().unwrap_or(0.0), self.time_s.last().copied().unwrap_or(0.0))
     }
-
-    fn at(&self, values: &[f64], time_s: f64) -> f64 {
-        let k = self.time_s.partition_point(|&t| t < time_s).clamp(1, self.time_s.len() - 1);
-        let (a, b) = (self.time_s[k - 1], self.time_s[k]);
-        let part = ((time_s - a) / (b - a)).clamp(0.0, 1.0);
-        values[k - 1] + part * (values[k] - values[k - 1])
-    }
 }
 
 /// Time, displacement and force at the end of a ramp, from the line through its last samples; none where a
@@ -175,7 +168,12 @@ fn resampled(
             .error(Problem::NoCommonTime { first, points: time_s.len() }));
     }
     let on_grid = |values: fn(&Curve) -> &[f64]| -> Vec<Vec<f64>> {
-        curves.iter().map(|c| time_s.iter().map(|&t| c.at(values(c), t)).collect()).collect()
+        curves
+            .iter()
+            .map(|c| {
+                time_s.iter().map(|&t| interpolated(&c.time_s, values(c), t).unwrap_or(f64::NAN)).collect()
+            })
+            .collect()
     };
     let displacements = on_grid(|c| &c.displacement_m);
     let median_at = |i: usize| {

@@ -1,8 +1,9 @@
 //! What a gap looks like that no effect explains: with what it goes, when it begins or how it repeats, whether it is there off contact,
 //! and in which specimens.
 //!
-//! Each description is a shape (or two) whose part that no refit absorbs is fitted to the residual, as an effect's signature is; the one
-//! that takes most of the gap, less twice the logarithm of the number of shapes that its kind has, is told.
+//! Each description is a shape (or two) in each test whose part that no refit absorbs is fitted to the residual, as an effect's signature
+//! is, in all tests or in one. Told is the one that lowers chi^2 most, less twice the logarithm of the number of descriptions of its
+//! kind, and less the logarithm of the number of points for each free size.
 
 mod trials;
 
@@ -11,12 +12,16 @@ use crate::noise::Observation;
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trials::{Trial, trials};
+use trials::{Part, Shapes, Trial, parts, trials};
 
 /// Largest mean square of a specimen's own residual over the median of all that passes as the others'.
 const OUTSTANDING: f64 = 3.0;
 /// Score of what is left off contact that noise passes in one of a thousand cases.
 const OFF_CONTACT: f64 = 3.3;
+/// A shape is absorbed by a refit where less of it than one minus this is left.
+const ABSORBED: f64 = 1.0 - 1e-6;
+/// Shapes of length 1 whose difference is shorter than about the root of this are one.
+const SAME: f64 = 1e-8;
 /// A force below this part of the peak is no contact.
 pub(super) const NO_FORCE: f64 = 1e-3;
 
@@ -51,6 +56,8 @@ pub enum Course {
     Force,
     /// It is there while there is contact, of one size.
     Contact,
+    /// It is there at first touch and fades with the depth.
+    Touch,
 }
 
 /// A description of what is left.
@@ -70,28 +77,74 @@ pub struct Leftover {
 
 /// The best description of what a fit leaves; none where nothing is left.
 pub fn leftover(observations: &[Observation], fit: &Fit) -> Option<Leftover> {
-    let excess = fit.linear.residual.norm_squared() - fit.gap_mn.len() as f64;
-    let value = |t: &Trial| gain(fit, &t.shapes) - 2.0 * (t.kind as f64).ln();
-    let all: Vec<(f64, Trial)> = trials(observations, fit).into_iter().map(|t| (value(&t), t)).collect();
-    let (gained, best) = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (excess > 0.0 && gained > 0.0).then(|| Leftover {
+    let points = fit.gap_mn.len() as f64;
+    let excess = fit.linear.residual.norm_squared() - points;
+    let parts = parts(observations, fit);
+    // In all tests, and in each of several alone.
+    let wheres = if parts.len() > 1 { 1 + parts.len() } else { 1 };
+    let mut best: Option<Best> = None;
+    for Trial { course, shapes, kind } in trials(&parts) {
+        let alone = seen(fit, &parts, &*shapes);
+        let mut consider = |test: Option<usize>, of: &[&DVector<f64>]| {
+            let gained = gain(fit, of);
+            let value = gained - 2.0 * ((kind * wheres) as f64).ln() - of.len() as f64 * points.ln();
+            if value > best.as_ref().map_or(0.0, |b| b.value) {
+                best = Some(Best { value, gained, course, test });
+            }
+        };
+        consider(None, &alone.iter().flatten().collect::<Vec<_>>());
+        if wheres > 1 {
+            let each = alone.iter().enumerate();
+            each.for_each(|(test, own)| consider(Some(test), &own.iter().collect::<Vec<_>>()));
+        }
+    }
+    let best = best.filter(|_| excess > 0.0)?;
+    Some(Leftover {
         course: best.course,
         test: best.test.map(|t| observations[t].name().to_owned()),
-        part: (gained / excess).min(1.0),
+        part: (best.gained / excess).min(1.0),
         off_contact: off_contact(observations, fit),
         specimens: observations.iter().flat_map(outstanding).collect(),
     })
 }
 
-/// Fall of chi^2 by shapes of free sizes, beyond what a refit absorbs.
-fn gain(fit: &Fit, shapes: &[DVector<f64>]) -> f64 {
-    let columns: Vec<DVector<f64>> =
-        shapes.iter().map(|d| fit.linear.signature(&fit.covariance, d).s).collect();
-    let s = DMatrix::from_columns(&columns);
-    let product = s.tr_mul(&fit.linear.residual);
-    // A shape that a refit absorbs gains nothing.
-    let Some(inverse) = s.tr_mul(&s).cholesky() else { return 0.0 };
-    product.dot(&inverse.solve(&product))
+/// The best description so far.
+struct Best {
+    value: f64,
+    gained: f64,
+    course: Course,
+    test: Option<usize>,
+}
+
+/// What no refit absorbs of the shapes in each test, each of length 1; what a refit absorbs is left out.
+fn seen(fit: &Fit, parts: &[Part<'_>], shapes: &Shapes) -> Vec<Vec<DVector<f64>>> {
+    let mut before = 0;
+    let mut seen_in = |part: &Part<'_>| {
+        let whole = |shape: Vec<f64>| {
+            let mut all_mn = DVector::zeros(fit.gap_mn.len());
+            all_mn.rows_mut(before, part.len()).copy_from_slice(&shape);
+            let signature = fit.linear.signature(&fit.covariance, &all_mn);
+            (signature.absorbed() < ABSORBED).then(|| signature.s.normalize())
+        };
+        let own = shapes(part).into_iter().filter_map(whole).collect();
+        before += part.len();
+        own
+    };
+    parts.iter().map(&mut seen_in).collect()
+}
+
+/// Fall of chi^2 by shapes (of length 1) of free sizes, beyond what a refit absorbs.
+fn gain(fit: &Fit, shapes: &[&DVector<f64>]) -> f64 {
+    let dot = |a: &DVector<f64>, b: &DVector<f64>| a.dot(b);
+    let among = DMatrix::from_fn(shapes.len(), shapes.len(), |i, j| dot(shapes[i], shapes[j]));
+    let along = DVector::from_fn(shapes.len(), |i, _| dot(shapes[i], &fit.linear.residual));
+    let own = among.symmetric_eigen();
+    let gained = |(k, length): (usize, &f64)| match *length > SAME {
+        true => own.eigenvectors.column(k).dot(&along).powi(2) / length,
+        // Shapes that are nearly one gain as one.
+        false => 0.0,
+    };
+    own.eigenvalues.iter().enumerate().map(gained).sum()
 }
 
 /// Whether the mean of what is left where there is no force is more than noise; none where the gap, of its mean size, would not show there either.
@@ -150,6 +203,7 @@ impl Leftover {
             Course::Rate => "goes with the rate".to_owned(),
             Course::Force => "goes with the force".to_owned(),
             Course::Contact => "is there while there is contact, of one size".to_owned(),
+            Course::Touch => "is there at first touch and fades with the depth".to_owned(),
         };
         let test = self.test.as_ref().map(|t| format!(", in {t}")).unwrap_or_default();
         let place = match self.off_contact {
@@ -184,7 +238,8 @@ mod tests {
     /// A ramp of 1 s and a hold of 99 s of `5 + 3 exp(-t / 20)` mN with white noise of 0.05 mN and something added (mN), fitted by the two heights.
     fn fitted(added_mn: &dyn Fn(f64) -> f64) -> (Vec<Observation>, Fit) {
         let mut random = Random::new(3);
-        let time_s: Vec<f64> = (0..200).map(|i| 0.5 * f64::from(i)).collect();
+        let ramp = (0..50).map(|i| 0.02 * f64::from(i));
+        let time_s: Vec<f64> = ramp.chain((0..200).map(|i| 1.0 + 0.5 * f64::from(i))).collect();
         let depth = |t: f64| t.min(1.0);
         let shapes = |t: f64| [depth(t), depth(t) * (-(t - 1.0).max(0.0) / 20.0).exp()];
         let model = |t: f64| 5.0 * shapes(t)[0] + 3.0 * shapes(t)[1];
@@ -268,11 +323,51 @@ mod tests {
         assert_eq!(l.course, Course::Clock, "{l:?}");
     }
 
-    /// A relaxation within 2 s is none of the shapes: its description takes the smaller part of it, or says so.
+    #[test]
+    fn a_lost_length_relaxes_as_the_specimen_does() {
+        let since = |t: f64| t - 40.0;
+        let l = found(&|t| if t < 40.0 { 0.0 } else { 0.2 * (5.0 + 3.0 * (-since(t) / 20.0).exp()) });
+        assert!(matches!(l.course, Course::Step { from_s } if (from_s - 40.0).abs() < 0.5), "{l:?}");
+        assert!(l.part > 0.95, "{l:?}");
+    }
+
+    #[test]
+    fn a_wave_may_be_longer_than_the_test() {
+        let l = found(&|t| 0.5 * (std::f64::consts::TAU * t / 150.0 + 1.0).sin());
+        assert!(matches!(l.course, Course::Period { period_s } if period_s > 100.0), "{l:?}");
+    }
+
+    #[test]
+    fn a_tilted_punch_is_seen_at_first_touch() {
+        let l = found(&|t| if t < 1.0 { -8.0 * t * (-t / 0.1).exp() } else { 0.0 });
+        assert_eq!(l.course, Course::Touch, "{l:?}");
+    }
+
+    #[test]
+    fn what_is_seen_in_one_test_alone_is_told_of_that_test() {
+        let (mut observations, mut fit) = fitted(&|t| if t > 40.0 { 0.3 } else { 0.0 });
+        let (others, second) = fitted(&|_| 0.0);
+        let n = fit.gap_mn.len();
+        let both = fit.gap_mn.iter().chain(second.gap_mn.iter()).copied();
+        fit.gap_mn = DVector::from_iterator(2 * n, both);
+        fit.jacobian_mn = DMatrix::from_fn(2 * n, 4, |i, j| {
+            let (half, column) = (j / 2, j % 2);
+            let own = if half == 0 { &fit.jacobian_mn } else { &second.jacobian_mn };
+            if i / n == half { own[(i % n, column)] } else { 0.0 }
+        });
+        fit.covariance = Covariance::new(DVector::from_element(2 * n, 0.05), vec![]);
+        fit.prior = Prior { mean: vec![0.0; 4], deviation: vec![1e3; 4] };
+        fit.linear = linearised(&fit.jacobian_mn, &fit.gap_mn, &fit.covariance, &fit.prior, &[0.0; 4]);
+        observations.extend(others);
+        observations[1].measurement.name = "Q".into();
+        let l = leftover(&observations, &fit).unwrap();
+        assert_eq!(l.test.as_deref(), Some("P"), "{l:?}");
+        assert!(matches!(l.course, Course::Step { from_s } if (from_s - 40.0).abs() < 3.0), "{l:?}");
+    }
+
     #[test]
     fn noise_has_no_description() {
         let (observations, fit) = fitted(&|_| 0.0);
-        let all = leftover(&observations, &fit);
-        assert!(all.is_none_or(|l| l.part < 1.0 || fit.linear.residual.norm_squared() < 240.0));
+        assert_eq!(leftover(&observations, &fit), None);
     }
 }

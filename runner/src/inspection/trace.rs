@@ -1,5 +1,6 @@
 //! One specimen's force with the cycles of its own motion.
 
+use crate::data::measurement::interpolated;
 use crate::data::{Cycle, DataError, Measurement, Synchronised, cycles};
 use std::ops::Range;
 
@@ -69,7 +70,8 @@ impl<'a> Trace<'a> {
         let points: Vec<(f64, f64)> =
             near.map(|i| ((self.time_s[i] - cycle.times.ramp_end_s).ln(), self.force_n[i])).collect();
         if points.len() < 3 {
-            return self.interpolated(at(after_s).min(cycle.times.hold_end_s));
+            let until_end_s = at(after_s).min(cycle.times.hold_end_s);
+            return interpolated(self.time_s, self.force_n, until_end_s);
         }
         let n = points.len() as f64;
         let (x0, y0) =
@@ -77,15 +79,6 @@ impl<'a> Trace<'a> {
         let square: f64 = points.iter().map(|p| (p.0 - x0).powi(2)).sum();
         let slope = points.iter().map(|p| (p.0 - x0) * (p.1 - y0)).sum::<f64>() / square;
         Some(y0 + slope * (after_s.ln() - x0))
-    }
-
-    fn interpolated(&self, time_s: f64) -> Option<f64> {
-        let k = self.time_s.partition_point(|&t| t < time_s);
-        if k == 0 || k >= self.time_s.len() {
-            return self.force_n.get(k.min(self.time_s.len().checked_sub(1)?)).copied();
-        }
-        let part = (time_s - self.time_s[k - 1]) / (self.time_s[k] - self.time_s[k - 1]);
-        Some(self.force_n[k - 1] + part * (self.force_n[k] - self.force_n[k - 1]))
     }
 
     /// Smallest force while the punch is pulled off; none without an unloading.
