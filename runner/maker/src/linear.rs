@@ -7,7 +7,10 @@ use crate::error::Failure;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::mat::MatMut;
 use faer::perm::PermRef;
-use faer::sparse::linalg::cholesky::{self, IntranodeLbltRef, SymbolicCholesky, SymmetricOrdering};
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    self, CholeskySymbolicParams, IntranodeLbltRef, SymbolicCholesky, SymmetricOrdering,
+};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, Par, Side};
 
@@ -57,7 +60,12 @@ impl Pattern {
             |e: &Vec<Option<usize>>| e.iter().flat_map(|&r| e.iter().map(move |&c| place(r, c))).collect();
         let places = elements.iter().map(places).collect();
         let structure = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
-        let (order, parameters) = (SymmetricOrdering::Amd, Default::default());
+        let order = SymmetricOrdering::Amd;
+        // Pivots are within supernodes, and these are a quarter of the time faster than single columns.
+        let parameters = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
         let symbolic =
             cholesky::factorize_symbolic_cholesky(structure.as_ref(), Side::Lower, order, parameters)
                 .map_err(|_| Failure::Singular)?;

@@ -115,6 +115,9 @@ fn refitted(
         .map(|(measured, (plain, change))| measured - plain - change)
         .collect();
     let setup = Setup { offset_mn: &offset_mn, ..setup };
+    let score = |fit: &Fit| {
+        covariance.apply_columns(&DMatrix::from_columns(std::slice::from_ref(&fit.gap_mn))).norm()
+    };
     let mut found: Option<Fit> = None;
     for start in starts {
         let other = match refit(setup, covariance, start, EVALUATIONS) {
@@ -125,10 +128,13 @@ fn refitted(
         if found.as_ref().is_none_or(|best| other.solution.chi_square < best.solution.chi_square) {
             found = Some(other);
         }
+        // What one fit hides needs no other.
+        if found.as_ref().is_some_and(|best| score(best) < VISIBLE) {
+            break;
+        }
     }
     let found = found.ok_or(MakeError::NotFinite)?;
-    let score = covariance.apply_columns(&DMatrix::from_columns(std::slice::from_ref(&found.gap_mn))).norm();
-    Ok(Seen { score, gap_percent: gap_percent(setup.observations, &found.gap_mn) })
+    Ok(Seen { score: score(&found), gap_percent: gap_percent(setup.observations, &found.gap_mn) })
 }
 
 /// Columns of both.
