@@ -122,7 +122,7 @@ fn periods(parts: &[Part<'_>]) -> Vec<Trial> {
     let length_s = parts.iter().map(Part::length_s).fold(0.0, f64::max);
     let most = (4.0 * length_s / shortest) as usize;
     let every = most.div_ceil(PERIODS).max(1);
-    let kind = most / every;
+    let kind = (most / every).max(1);
     let waves = move |quarters: usize| {
         let period_s = 4.0 * length_s / quarters as f64;
         let shapes = move |p: &Part<'_>| {
@@ -208,6 +208,8 @@ fn between(shortest: f64, longest: f64) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| shortest * (longest / shortest).powf(k as f64 / (RINGING - 1) as f64))
 }
 
+/// Infinite where there is no step.
 fn median_step(time_s: &[f64]) -> f64 {
-    median(&mut time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
+    let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    if steps.is_empty() { f64::INFINITY } else { median(&mut steps) }
 }
