@@ -16,7 +16,7 @@ use crate::fit::{
     EvaluationFailure, IterationRecord, Options, Problem, Solution, StopReason, Whitening, minimise,
 };
 use crate::noise::Covariance;
-use crate::pool::Priority;
+use crate::pool::{Priority, Run};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 
@@ -103,11 +103,29 @@ pub fn search_roughly(
         failed_points,
         twin,
     };
+    // The first end's correction may show that another is wanted: what the model asked for gives there is computed by workers that
+    // would be idle meanwhile, and is dropped where it is not.
+    let idle = setup.engine.pool().idle().saturating_sub(setup.observations.len());
+    let begin = |(_, end): &(usize, Solution)| setup.submit(&end.x, &[], false, Priority::Speculative);
+    let _beside: Vec<Vec<Run>> = ends.iter().skip(1).take(idle).map(begin).collect();
+    let mut ends = ends.into_iter().peekable();
+    // Ends by chi^2 of the model asked for there.
+    let mut judged: Vec<(f64, usize, Solution)> = vec![];
     let mut best: Option<Found> = None;
     let mut astray = joined.best.x.clone();
-    for (start, end) in ends {
+    loop {
+        let least = |judged: &[(f64, usize, Solution)]| {
+            let best = best.iter().map(|best| best.fit.solution.chi_square);
+            judged.iter().map(|(chi_square, ..)| *chi_square).chain(best).fold(f64::INFINITY, f64::min)
+        };
         // What is this much worse by the rough model is hardly the better one; ends that are nearer are judged by the model asked for.
-        if best.as_ref().is_some_and(|best| best.fit.solution.chi_square <= end.chi_square) {
+        while let Some((start, end)) = ends.next_if(|(_, end)| end.chi_square < least(&judged)) {
+            let chi_square = chi_square_asked(setup, &twin, covariance, &end.x);
+            judged.push((chi_square, start, end));
+        }
+        judged.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let Some((chi_square, start, end)) = judged.pop() else { break };
+        if best.as_ref().is_some_and(|best| best.fit.solution.chi_square <= chi_square) {
             break;
         }
         let mut watch = |record: &IterationRecord| {
@@ -187,6 +205,14 @@ fn corrected(
         solution = after(minimise(&mut corrected, &solution.x, bounds, settled, watch)?, &solution);
     }
     Ok((solution, None))
+}
+
+/// chi^2 of the model asked for at the end of a fit by the rough one; infinite where it fails, or the user asked to stop.
+fn chi_square_asked(setup: Setup, rough: &Twin, covariance: &Covariance, x: &[f64]) -> f64 {
+    let Ok(Some(offset_mn)) = difference_mn(setup, rough.setup(setup), x) else { return f64::INFINITY };
+    let twin = Twin { offset_mn, ..rough.clone() };
+    let residual = problem(twin.setup(setup), &[], covariance).residual(x);
+    residual.map_or(f64::INFINITY, |residual| residual.iter().map(|r| r * r).sum())
 }
 
 /// Force of the model asked for minus that of the rough one (mN); none where one of them fails.
