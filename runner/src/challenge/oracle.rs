@@ -115,9 +115,7 @@ fn refitted(
         .map(|(measured, (plain, change))| measured - plain - change)
         .collect();
     let setup = Setup { offset_mn: &offset_mn, ..setup };
-    let score = |fit: &Fit| {
-        covariance.apply_columns(&DMatrix::from_columns(std::slice::from_ref(&fit.gap_mn))).norm()
-    };
+    let score = |fit: &Fit| covariance.apply(&fit.gap_mn).norm();
     let mut found: Option<Fit> = None;
     for start in starts {
         let other = match refit(setup, covariance, start, EVALUATIONS) {

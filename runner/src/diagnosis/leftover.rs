@@ -79,6 +79,9 @@ pub struct Leftover {
 pub fn leftover(observations: &[Observation], fit: &Fit) -> Option<Leftover> {
     let points = fit.gap_mn.len() as f64;
     let excess = fit.linear.residual.norm_squared() - points;
+    if excess <= 0.0 {
+        return None;
+    }
     let parts = parts(observations, fit);
     // In all tests, and in each of several alone.
     let wheres = if parts.len() > 1 { 1 + parts.len() } else { 1 };
@@ -98,8 +101,7 @@ pub fn leftover(observations: &[Observation], fit: &Fit) -> Option<Leftover> {
             each.for_each(|(test, own)| consider(Some(test), &own.iter().collect::<Vec<_>>()));
         }
     }
-    let best = best.filter(|_| excess > 0.0)?;
-    Some(Leftover {
+    best.map(|best| Leftover {
         course: best.course,
         test: best.test.map(|t| observations[t].name().to_owned()),
         part: (best.gained / excess).min(1.0),
@@ -135,9 +137,8 @@ fn seen(fit: &Fit, parts: &[Part<'_>], shapes: &Shapes) -> Vec<Vec<DVector<f64>>
 
 /// Fall of chi^2 by shapes (of length 1) of free sizes, beyond what a refit absorbs.
 fn gain(fit: &Fit, shapes: &[&DVector<f64>]) -> f64 {
-    let dot = |a: &DVector<f64>, b: &DVector<f64>| a.dot(b);
-    let among = DMatrix::from_fn(shapes.len(), shapes.len(), |i, j| dot(shapes[i], shapes[j]));
-    let along = DVector::from_fn(shapes.len(), |i, _| dot(shapes[i], &fit.linear.residual));
+    let among = DMatrix::from_fn(shapes.len(), shapes.len(), |i, j| shapes[i].dot(shapes[j]));
+    let along = DVector::from_fn(shapes.len(), |i, _| shapes[i].dot(&fit.linear.residual));
     let own = among.symmetric_eigen();
     let gained = |(k, length): (usize, &f64)| match *length > SAME {
         true => own.eigenvectors.column(k).dot(&along).powi(2) / length,
