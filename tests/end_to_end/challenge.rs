@@ -60,4 +60,19 @@ fn several_batches_need_a_secret_each_and_all_their_answers() {
     let told = one_line(&fail(&over));
     assert!(told.contains("an input of this command"), "{told}");
     assert_eq!(std::fs::read(&key).unwrap(), before);
+    // What was scored before is added to, and no case twice.
+    let scored = d.path().join("scored.json");
+    let again = ["challenge", "score", &one.0, "--secret", &one.1, "--out", text(&scored)];
+    succeed(&again);
+    let twice = one_line(&fail(&[&again[..], &["--with", text(&scored)]].concat()));
+    assert!(twice.contains("in both tables"), "{twice}");
+    let blind = repository("data/challenges/blind.json");
+    let both = d.path().join("both");
+    let both_asked = ["challenge", "score", &one.0, "--secret", &one.1, "--with", text(&blind)];
+    succeed(&[&both_asked[..], &["--out", text(&both)]].concat());
+    let read = |file: &std::path::Path| -> serde_json::Value {
+        serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap()
+    };
+    let nulls = |file| read(file)["diagnosis"]["false_accusations"]["of"].as_u64().unwrap();
+    assert_eq!(nulls(&both.with_extension("json")), nulls(&blind) + 1);
 }

@@ -26,6 +26,12 @@ impl Share {
         share
     }
 
+    /// Of both.
+    #[must_use]
+    pub fn beside(self, other: Self) -> Self {
+        Self { hits: self.hits + other.hits, of: self.of + other.of }
+    }
+
     /// The share; none of nothing.
     pub fn value(self) -> Option<f64> {
         (self.of > 0).then(|| self.hits as f64 / self.of as f64)

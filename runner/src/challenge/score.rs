@@ -50,8 +50,10 @@ pub struct Scores {
     pub top_1: Share,
     /// Visible single effects that matter, within a group of at most three.
     pub in_group: Share,
-    /// Members of the groups that were answered, on average.
-    pub group_size: f64,
+    /// Answers that name an effect.
+    pub accusations: u64,
+    /// Effects that these name.
+    pub named: u64,
     /// Causes outside the catalogue answered `none of these` or `no gap`.
     pub outside: Share,
     /// Descriptions of what nothing explains that are right about the cause outside the catalogue.
@@ -64,12 +66,46 @@ pub struct Scores {
     pub pairs: Share,
     /// 90 % intervals of the shrinkage that hold the true one, for effects named rightly.
     pub coverage: Share,
-    /// Median width of all intervals of the shrinkage; none where nothing was accused.
-    pub width: Option<f64>,
+    /// Widths of all intervals of the shrinkage.
+    pub widths: Vec<f64>,
     /// Cases without a gap that were accused of one, by the noise that they have beside the white one.
     pub accused_by_noise: BTreeMap<String, Share>,
-    /// What the confidences are worth.
-    pub confidence: Calibration,
+}
+
+impl Scores {
+    /// Members of the groups that were answered, on average; none where nothing was accused.
+    pub fn group_size(&self) -> Option<f64> {
+        (self.accusations > 0).then(|| self.named as f64 / self.accusations as f64)
+    }
+
+    /// Median width of the intervals of the shrinkage; none where there is none.
+    pub fn width(&self) -> Option<f64> {
+        (!self.widths.is_empty()).then(|| median(&mut self.widths.clone()))
+    }
+
+    /// Of both, as if they had been counted together.
+    fn beside(mut self, other: &Self) -> Self {
+        let shares = [
+            (&mut self.false_accusations, other.false_accusations),
+            (&mut self.top_1, other.top_1),
+            (&mut self.in_group, other.in_group),
+            (&mut self.outside, other.outside),
+            (&mut self.description, other.description),
+            (&mut self.immaterial, other.immaterial),
+            (&mut self.weak, other.weak),
+            (&mut self.pairs, other.pairs),
+            (&mut self.coverage, other.coverage),
+        ];
+        shares.into_iter().for_each(|(own, other)| *own = own.beside(other));
+        self.accusations += other.accusations;
+        self.named += other.named;
+        self.widths.extend(&other.widths);
+        for (noise, share) in &other.accused_by_noise {
+            let own = self.accused_by_noise.entry(noise.clone()).or_default();
+            *own = own.beside(*share);
+        }
+        self
+    }
 }
 
 /// Scores and the answers one by one, for the diagnosis and for the simple rules.
@@ -85,6 +121,40 @@ pub struct Table {
     pub missing: Vec<String>,
     /// Every answer.
     pub lines: Vec<Line>,
+}
+
+/// A case that is in both of two tables.
+#[derive(Debug, thiserror::Error)]
+#[error("case {0} is in both tables, so it would be counted twice")]
+pub struct CountedTwice(String);
+
+impl Table {
+    /// What the confidences of all answers are worth.
+    pub fn confidence(&self) -> Calibration {
+        Calibration::of(self.lines.iter().map(|l| (l.confidence, l.right)).collect())
+    }
+
+    /// Of both tables, as if their cases had been scored together.
+    ///
+    /// # Errors
+    /// Where a case is in both.
+    pub fn beside(mut self, other: Self) -> Result<Self, CountedTwice> {
+        let is_here = |l: &&Line| self.lines.iter().any(|own| own.id == l.id);
+        if let Some(twice) = other.lines.iter().find(is_here) {
+            return Err(CountedTwice(twice.id.clone()));
+        }
+        self.diagnosis = self.diagnosis.beside(&other.diagnosis);
+        self.far = self.far.beside(&other.far);
+        for (name, scores) in other.rules {
+            match self.rules.iter_mut().find(|(own, _)| *own == name) {
+                Some((_, own)) => *own = std::mem::take(own).beside(&scores),
+                None => self.rules.push((name, scores)),
+            }
+        }
+        self.missing.extend(other.missing);
+        self.lines.extend(other.lines);
+        Ok(self)
+    }
 }
 
 /// An answer, of whichever method.
@@ -203,14 +273,12 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
     let immaterial = single().filter(|pair| pair.0.is_visible() && !matter(pair));
     let weak = single().filter(|(s, _)| !s.is_visible());
     let first = |(s, a): &(&Solution, Answer)| accuses(a) && a.families.first() == s.effects.first();
-    let groups: Vec<f64> =
-        answers.iter().filter(|(_, a)| accuses(a)).map(|(_, a)| a.families.len() as f64).collect();
+    let accused: Vec<&Answer> = answers.iter().map(|(_, a)| a).filter(|a| accuses(a)).collect();
     let covered = |(s, a): &(&Solution, Answer)| {
         let ((_, low, high), truth) = (a.shrinkage?, a.true_shrinkage?);
         (s.is_visible() && a.families.first() == s.effects.first()).then_some(truth >= low && truth <= high)
     };
-    let mut widths: Vec<f64> =
-        answers.iter().filter_map(|(_, a)| a.shrinkage).map(|(_, low, high)| high - low).collect();
+    let widths = answers.iter().filter_map(|(_, a)| a.shrinkage).map(|(_, low, high)| high - low);
     let mut accused_by_noise: BTreeMap<String, Share> = BTreeMap::new();
     for (s, a) in of(&[CaseKind::Null]) {
         let family = s.drawn.noise.family.name().to_owned();
@@ -220,17 +288,16 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
         false_accusations: Share::of(of(&[CaseKind::Null]).map(|(_, a)| a.kind != Kind::NoGap)),
         top_1: Share::of(visible().map(first)),
         in_group: Share::of(visible().map(|(s, a)| is_right(s, a))),
-        // The sum of nothing is -0.0.
-        group_size: (0.0 + groups.iter().sum::<f64>()) / groups.len().max(1) as f64,
+        accusations: accused.len() as u64,
+        named: accused.iter().map(|a| a.families.len() as u64).sum(),
         outside: Share::of(of(&[CaseKind::Outside]).map(|(_, a)| !accuses(a))),
         description: Share::of(answers.iter().filter_map(|(_, a)| a.description)),
         immaterial: Share::of(immaterial.map(|(s, a)| is_right(s, a))),
         weak: Share::of(weak.map(|(s, a)| is_right(s, a))),
         pairs: Share::of(of(&[CaseKind::Pair]).filter(matter).map(|(s, a)| is_right(s, a))),
         coverage: Share::of(answers.iter().filter_map(covered)),
-        width: (!widths.is_empty()).then(|| median(&mut widths)),
+        widths: widths.collect(),
         accused_by_noise,
-        confidence: Calibration::of(answers.iter().map(|(s, a)| (a.confidence, is_right(s, a))).collect()),
     }
 }
 

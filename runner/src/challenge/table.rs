@@ -41,9 +41,9 @@ pub fn markdown(table: &Table) -> String {
         ("pairs, both visible, both matter: both named", |s| share(s.pairs)),
         ("true shrinkage inside its 90 % interval", |s| share(s.coverage)),
         ("median width of that interval", |s| {
-            s.width.map_or_else(|| "-".to_owned(), |w| format!("{:.0} %", 100.0 * w))
+            s.width().map_or_else(|| "-".to_owned(), |w| format!("{:.0} %", 100.0 * w))
         }),
-        ("mean size of a group", |s| format!("{:.2}", s.group_size)),
+        ("mean size of a group", |s| s.group_size().map_or_else(|| "-".to_owned(), |n| format!("{n:.2}"))),
     ];
     for ((name, of), gate) in rows.iter().zip(GATES) {
         let _ = write!(text, "| {name} | {gate} | {} | {} |", of(&table.diagnosis), of(&table.far));
@@ -60,7 +60,7 @@ pub fn markdown(table: &Table) -> String {
         let parts = d.accused_by_noise.iter().map(|(noise, s)| format!("{noise} {}", share(*s)));
         let _ = write!(text, " Accused, by noise: {}.", parts.collect::<Vec<_>>().join("; "));
     }
-    let c = &d.confidence;
+    let c = table.confidence();
     let told = c.reliability.iter().map(|(mean, s)| format!("{:.0} %: {}", 100.0 * mean, share(*s)));
     let _ = write!(
         text,

@@ -11,7 +11,7 @@ use crate::challenge::draw::Kind;
 use crate::challenge::ground::Ground;
 use crate::challenge::key::{SEAL, Secret, open};
 use crate::challenge::make::{Made, Plan, make};
-use crate::challenge::score::score;
+use crate::challenge::score::{Table, score};
 use crate::challenge::table::markdown;
 use crate::data::Reading;
 use crate::diagnosis::result::Diagnosis;
@@ -102,6 +102,9 @@ pub struct Score {
     /// What opens it: the digits that `challenge make` printed, or the file that it wrote; once for each batch
     #[arg(long, value_name = "SECRET", required = true)]
     secret: Vec<String>,
+    /// Table of cases that were scored before (the JSON of this command), to which these are added; repeatable
+    #[arg(long, value_name = "FILE")]
+    with: Vec<PathBuf>,
     /// Score although cases are still without an answer: these are then no longer blind
     #[arg(long)]
     unfinished: bool,
@@ -305,17 +308,25 @@ fn score_answers(arguments: &Score) -> CliResult {
         )
         .into());
     }
-    let table = score(&scored);
+    let table = arguments.with.iter().try_fold(score(&scored), |table, file| add(table, file))?;
     let text = markdown(&table);
     say!("{text}");
     let base = arguments.out.clone().unwrap_or_else(|| first.join("scores"));
     write_file(&base.with_extension("md"), text.as_bytes())?;
-    let diagram = table.diagnosis.confidence.diagram().to_svg();
+    let diagram = table.confidence().diagram().to_svg();
     write_file(&base.with_extension("svg"), diagram.as_bytes())?;
     let file = base.with_extension("json");
     write_file(&file, &json(&file, &table)?)?;
     terminal::result(&table)?;
     Ok(Ending::Complete)
+}
+
+/// A table with another one that was written before.
+fn add(table: Table, file: &Path) -> Result<Table, Box<dyn std::error::Error>> {
+    let bytes = read_input(file)?;
+    let read: Result<Table, _> = serde_json::from_slice(&bytes);
+    let read = read.map_err(|e| format!("{} is no table of `challenge score`: {e}", file.display()))?;
+    Ok(read.beside(table).map_err(|e| format!("{}: {e}", file.display()))?)
 }
 
 /// Refuses a folder with a case that has no answer.
