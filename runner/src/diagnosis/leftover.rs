@@ -22,8 +22,6 @@ const OFF_CONTACT: f64 = 3.3;
 const ABSORBED: f64 = 1.0 - 1e-6;
 /// Shapes of length 1 whose difference is shorter than about the root of this are one.
 const SAME: f64 = 1e-8;
-/// A force below this part of the peak is no contact.
-pub(super) const NO_FORCE: f64 = 1e-3;
 
 /// With what the gap goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -105,7 +103,7 @@ pub fn leftover(observations: &[Observation], fit: &Fit) -> Option<Leftover> {
         course: best.course,
         test: best.test.map(|t| observations[t].name().to_owned()),
         part: (best.gained / excess).min(1.0),
-        off_contact: off_contact(observations, fit),
+        off_contact: off_contact(&parts, fit),
         specimens: observations.iter().flat_map(outstanding).collect(),
     })
 }
@@ -149,15 +147,12 @@ fn gain(fit: &Fit, shapes: &[&DVector<f64>]) -> f64 {
 }
 
 /// Whether the mean of what is left where there is no force is more than noise; none where the gap, of its mean size, would not show there either.
-fn off_contact(observations: &[Observation], fit: &Fit) -> Option<bool> {
+fn off_contact(parts: &[Part<'_>], fit: &Fit) -> Option<bool> {
     let mut before = 0;
     let usual_mn = (fit.gap_mn.norm_squared() / fit.gap_mn.len() as f64).sqrt();
     let (mut largest, mut visible) = (0.0_f64, 0.0_f64);
-    for o in observations {
-        let measured = o.force_mn();
-        let peak = measured.iter().copied().fold(0.0, f64::max);
-        let computed = |i: usize| measured[i] - fit.gap_mn[before + i];
-        let points: Vec<usize> = (0..o.len()).filter(|&i| computed(i).abs() < NO_FORCE * peak).collect();
+    for part in parts {
+        let points: Vec<usize> = (0..part.len()).filter(|&i| !part.is_in_contact(i)).collect();
         if points.len() > 2 {
             let mut shape = DVector::zeros(fit.gap_mn.len());
             points.iter().for_each(|&i| shape[before + i] = 1.0);
@@ -165,7 +160,7 @@ fn off_contact(observations: &[Observation], fit: &Fit) -> Option<bool> {
             largest = largest.max(signature.score(&fit.linear.residual).abs());
             visible = visible.max(signature.strength() * usual_mn);
         }
-        before += o.len();
+        before += part.len();
     }
     match largest > OFF_CONTACT {
         true => Some(true),

@@ -219,10 +219,6 @@ fn not_testable(d: &Diagnosis) -> Markup {
 
 fn next(d: &Diagnosis) -> Markup {
     html! {
-        @if let Some(leftover) = &d.leftover {
-            h2 { "What the gap looks like" }
-            p { (leftover.in_words()) }
-        }
         @if !d.next.is_empty() {
             h2 { "What to measure next" }
             ul {

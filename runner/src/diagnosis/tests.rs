@@ -1,5 +1,6 @@
 //! The chain from measurement to significance on a cheap model, and the layout of the JSON.
 
+use super::leftover::{Course, Leftover};
 use super::location::spots;
 use super::result::*;
 use super::screening::Family;
@@ -178,6 +179,21 @@ fn what_one_of_a_pair_removes_is_not_told_of_the_pair() {
     assert!(pair.contains("would choose, offset, removes 0 % [0, 5] of the gap of 3.754 mN"), "{pair}");
     let group = told(Kind::Group, &["offset", "amplitude"], "offset");
     assert!(group.contains("it removes 0 % [0, 5]"), "{group}");
+}
+
+#[test]
+fn what_a_gap_looks_like_that_nothing_explains_is_told_first() {
+    let leftover = Leftover {
+        course: Course::Step { from_s: 31.6 },
+        test: None,
+        part: 1.0,
+        off_contact: Some(false),
+        specimens: vec![],
+    };
+    let told =
+        super::wording::headline(&Diagnosis { leftover: Some(leftover), ..answer(Kind::NoneOfThese, &[]) });
+    let wanted = "explains it (confidence 90 %). What is left is there from 31.6 s on (100 % of the gap);";
+    assert!(told.contains(wanted), "{told}");
 }
 
 #[test]

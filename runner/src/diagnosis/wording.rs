@@ -7,10 +7,12 @@ use crate::inference::wording::{list, significant, whole_percent};
 use crate::report::columns;
 use std::fmt::Write as _;
 
-/// First lines of everything that is printed: the answer, and whether what it explains matters.
+/// First lines of everything that is printed: the answer, how large the effects are or what is left looks like, and whether what it explains
+/// matters.
 pub fn headline(d: &Diagnosis) -> String {
     let v = &d.verdict;
-    let answer = format!("{}{}", answer(d), sizes(d));
+    let left = d.leftover.as_ref().map(|left| format!(" {}", left.in_words())).unwrap_or_default();
+    let answer = format!("{}{}{left}", answer(d), sizes(d));
     if v.kind == Kind::NoGap || v.gap_percent >= v.matters_percent {
         return answer;
     }
@@ -151,9 +153,6 @@ pub fn table(d: &Diagnosis) -> String {
                 .map_or_else(|| "undefined".to_owned(), |part| format!("{part} gone"));
             let _ = writeln!(text, "  {:12} {:.3} -> {:.3} mN, {went}", p.part, p.before_mn, p.after_mn);
         }
-    }
-    if let Some(leftover) = &d.leftover {
-        let _ = writeln!(text, "\n{}", leftover.in_words());
     }
     if !d.next.is_empty() {
         let _ = writeln!(text, "\nwhat to measure next:");

@@ -1,12 +1,14 @@
 //! The descriptions that are tried.
 
-use super::{Course, NO_FORCE};
+use super::Course;
 use crate::data::cycle::Cycle;
 use crate::data::measurement::{interpolated, median};
 use crate::inference::fit::Fit;
 use crate::noise::Observation;
 use std::f64::consts::TAU;
 
+/// A force below this part of the peak is no contact.
+const NO_FORCE: f64 = 1e-3;
 /// Largest number of places where a step is tried: as many as there are points, up to this.
 const STEPS: usize = 400;
 /// Largest number of periods that are tried.
@@ -68,7 +70,7 @@ pub(super) fn trials(parts: &[Part<'_>]) -> Vec<Trial> {
     let mut trials = vec![
         trial(Course::Depth, 1, |p| p.depth_mm.clone()),
         trial(Course::Rate, 1, |p| p.rate()),
-        trial(Course::Contact, 1, |p| p.each(|i| f64::from(u8::from(p.force_mn[i] > NO_FORCE * p.peak_mn)))),
+        trial(Course::Contact, 1, |p| p.each(|i| f64::from(u8::from(p.is_in_contact(i))))),
     ];
     trials.extend(
         CLOCK_RATES.map(|rate| trial(Course::ClockRate, CLOCK_RATES.len(), move |p| p.faster_by(rate))),
@@ -162,6 +164,11 @@ fn ringing(parts: &[Part<'_>]) -> Vec<Trial> {
 impl Part<'_> {
     pub fn len(&self) -> usize {
         self.time_s.len()
+    }
+
+    /// Whether the computed force is one of contact: pressure, or what adhesion pulls.
+    pub fn is_in_contact(&self, point: usize) -> bool {
+        self.force_mn[point].abs() > NO_FORCE * self.peak_mn
     }
 
     fn length_s(&self) -> f64 {
