@@ -7,7 +7,9 @@
 //! The solution and its force are those of the model asked for. Derivatives are the rough one's: they are as accurate as it is, a
 //! per cent, and so are the widths of intervals.
 
-use super::fit::{Fit, FitFailure, Found, SearchPlan, Searched, options, problem, search, searched};
+use super::fit::{
+    Fit, FitFailure, Found, SearchPlan, Searched, chi_squares, options, problem, search, searched,
+};
 use super::problem::ForceProblem;
 use super::setup::Setup;
 use super::start::{Face, Known};
@@ -211,8 +213,8 @@ fn corrected(
 fn chi_square_asked(setup: Setup, rough: &Twin, covariance: &Covariance, x: &[f64]) -> f64 {
     let Ok(Some(offset_mn)) = difference_mn(setup, rough.setup(setup), x) else { return f64::INFINITY };
     let twin = Twin { offset_mn, ..rough.clone() };
-    let residual = problem(twin.setup(setup), &[], covariance).residual(x);
-    residual.map_or(f64::INFINITY, |residual| residual.iter().map(|r| r * r).sum())
+    let found = chi_squares(twin.setup(setup), &[], covariance, &[x.to_vec()]);
+    found.ok().and_then(|all| all[0]).unwrap_or(f64::INFINITY)
 }
 
 /// Force of the model asked for minus that of the rough one (mN); none where one of them fails.
