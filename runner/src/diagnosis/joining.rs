@@ -12,6 +12,8 @@ const GENTLER: f64 = 0.25;
 const GENTLER_TIMES: i32 = 3;
 /// Distance of a start from a bound, on which the optimiser could not leave it.
 const INSIDE: f64 = 0.02;
+/// A logarithm that would leave its bounds by more than this is not where the linear model says.
+const BEYOND: f64 = 1.0;
 
 impl Search<'_> {
     /// Effects by their numbers.
@@ -28,7 +30,8 @@ impl Search<'_> {
 
     /// Parameters and magnitudes with which an effect joins those that are `present` at `x`: as far towards what its signature promises as
     /// meets the data no worse than without it (`before`), since a signature is linear and what it asks for may be far beyond. The others
-    /// stay as they are or give way to it, whichever is better: what a refit hides of an effect is often most of it.
+    /// stay as they are or give way to it, whichever is better: what a refit hides of an effect is often most of it. Where the others would
+    /// leave their bounds, which are decades wide, the linear model says nothing, and a model of such values may cost a hundred runs.
     pub(super) fn joined(
         &self,
         (x, present): (&[f64], &[usize]),
@@ -44,13 +47,13 @@ impl Search<'_> {
         let size = |part: f64| {
             magnitude.map_or(part, |m| (part * m).clamp(candidate.range().0, candidate.range().1))
         };
-        let beside = |part: f64, give: f64| {
-            let others = x.iter().zip(&promise.giving_way).map(|(x, slope)| x + give * slope);
-            inside(&bounds, others.chain(magnitude.map(|_| size(part))))
-        };
+        let given = |give: f64| x.iter().zip(&promise.giving_way).map(move |(x, slope)| x + give * slope);
+        let beside = |part: f64, give: f64| inside(&bounds, given(give).chain(magnitude.map(|_| size(part))));
         for times in 0..GENTLER_TIMES {
             let part = GENTLER.powi(times);
-            let points = [beside(part, size(part)), beside(part, 0.0)];
+            let give_way = Some(size(part)).filter(|give| is_inside(&bounds, given(*give)));
+            let points: Vec<Vec<f64>> =
+                give_way.into_iter().chain([0.0]).map(|give| beside(part, give)).collect();
             let found = chi_squares(self.setup, &active, self.covariance, &points)?;
             let computed = found.into_iter().zip(points).filter_map(|(found, point)| Some((found?, point)));
             if let Some((found, point)) = computed.min_by(|a, b| a.0.total_cmp(&b.0))
@@ -72,6 +75,12 @@ impl Search<'_> {
         let failed = |e: FitError| EvaluationFailure::Failed(e.to_string());
         ForceProblem::new(self.setup, &self.active(members)).bounds().map_err(failed)
     }
+}
+
+/// Whether the first variables are inside their bounds, or nearly so.
+fn is_inside(bounds: &Bounds, x: impl Iterator<Item = f64>) -> bool {
+    let mut sides = x.zip(bounds.lower().iter().zip(bounds.upper()));
+    sides.all(|(x, (low, high))| (low - BEYOND..=high + BEYOND).contains(&x))
 }
 
 /// The point inside the bounds that is nearest to `x`.

@@ -3,8 +3,9 @@
 //! ```text
 //! every effect that these data would show, or seem to show (quick: those that promise most), from where it promises more: the plain
 //! model's fit or the other starts
-//! -> the leaders from the others, too, while the best of them leaves more than noise
-//! -> quick: where it does not meet the data, those that promise much less than another has gained; what looks like the best
+//! -> the leaders from the others, too, while the best of them leaves more than noise (quick: as soon as one explains most of the gap)
+//! -> quick: where it does not meet the data, those that promise much less than another has gained, at the plain fit where that one
+//! leaves noise; what looks like the best
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
@@ -54,6 +55,8 @@ pub(super) struct Beginning<'a> {
     pub promise: Promise,
     /// Number of effects that promise more there.
     rank: usize,
+    /// Whether that is the plain model's fit.
+    is_at_fit: bool,
     x: &'a [f64],
     /// chi^2 of the plain model there.
     chi_square: f64,
@@ -109,6 +112,12 @@ impl Search<'_> {
                 outdone.push(beginnings);
             } else {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
+                // What explains most of the gap may explain all of it from elsewhere: then little else need be tried.
+                if self.quick
+                    && leader(&found).is_some_and(|best| best.gain >= PROMISING * excess(self.plain))
+                {
+                    self.begin_elsewhere(&mut found, say)?;
+                }
             }
         }
         self.begin_elsewhere(&mut found, say)?;
@@ -204,6 +213,9 @@ impl Search<'_> {
         for there in self.elsewhere {
             points.push(shown.iter().map(|s| self.beginning_at(there, s)).collect());
         }
+        for beginning in &mut points[0] {
+            beginning.is_at_fit = true;
+        }
         for point in &mut points {
             point.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
             point.iter_mut().enumerate().for_each(|(rank, beginning)| beginning.rank = rank);
@@ -222,9 +234,12 @@ impl Search<'_> {
         all
     }
 
-    /// Whether another effect has gained much more than this one promises, wherever it begins.
+    /// Whether another effect has gained much more than this one promises, wherever it begins; where that one leaves noise, at the plain
+    /// fit: far from it most of what is promised is what the plain model explains as well.
     fn is_outdone(&self, beginnings: &Beginnings, found: &[(Refit, VecDeque<Beginning>)]) -> bool {
-        let promised = beginnings.iter().map(|b| b.promise.gain).fold(0.0, f64::max);
+        let leaves_noise = leader(found).is_some_and(|best| self.leaves_noise(best));
+        let counts = |b: &&Beginning| b.is_at_fit || !leaves_noise;
+        let promised = beginnings.iter().filter(counts).map(|b| b.promise.gain).fold(0.0, f64::max);
         self.quick && found.iter().any(|(refit, _)| promised < PROMISING * refit.gain)
     }
 
@@ -301,7 +316,7 @@ impl Search<'_> {
         let promise = self.promise(s, linear, covariance);
         // More than the whole gap cannot be gained.
         let promise = Promise { gain: promise.gain.min(excess(self.plain)), ..promise };
-        Beginning { promise, rank: 0, x, chi_square }
+        Beginning { promise, rank: 0, is_at_fit: false, x, chi_square }
     }
 
     /// Fits that are compared are converged: all whose evidence may still pass the best one's. Best first.
