@@ -92,3 +92,16 @@ fn inside(bounds: &Bounds, x: impl Iterator<Item = f64>) -> Vec<f64> {
     };
     x.zip(sides).map(one).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_leaves_its_bounds_by_far_is_not_tried() {
+        let bounds = Bounds::new(vec![-1.0, 0.0, 0.0], vec![1.0, 2.0, 1.0]).unwrap();
+        let tried = |x: [f64; 2]| is_inside(&bounds, x.into_iter());
+        assert!(tried([0.0, 1.0]) && tried([1.0 + 0.9 * BEYOND, 2.0]) && tried([-1.0 - 0.9 * BEYOND, 0.0]));
+        assert!(!tried([1.0 + 1.1 * BEYOND, 1.0]) && !tried([0.0, -1.1 * BEYOND]) && !tried([f64::NAN, 1.0]));
+    }
+}
