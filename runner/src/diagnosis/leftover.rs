@@ -18,6 +18,8 @@ use trials::{Part, Shapes, Trial, parts, trials};
 const OUTSTANDING: f64 = 3.0;
 /// Score of what is left off contact that noise passes in one of a thousand cases.
 const OFF_CONTACT: f64 = 3.3;
+/// A shape that takes less of a gap is no description of it, and told as such.
+const MOSTLY: f64 = 0.5;
 /// A shape is absorbed by a refit where less of it than one minus this is left.
 const ABSORBED: f64 = 1.0 - 1e-6;
 /// Shapes of length 1 whose difference is shorter than about the root of this are one.
@@ -214,7 +216,14 @@ impl Leftover {
                 crate::inference::wording::list(&some.iter().map(String::as_str).collect::<Vec<_>>())
             ),
         };
-        format!("What is left {what}{test} ({:.0} % of the gap){place}{specimens}.", 100.0 * self.part)
+        let percent = format!("{:.0} % of the gap", 100.0 * self.part);
+        let told = match self.part >= MOSTLY {
+            true => format!("What is left {what}{test} ({percent})"),
+            false => {
+                format!("What is left has no simple shape: the best of those tried, {percent}, {what}{test}")
+            }
+        };
+        format!("{told}{place}{specimens}.")
     }
 }
 
@@ -359,6 +368,21 @@ mod tests {
         let l = leftover(&observations, &fit).unwrap();
         assert_eq!(l.test.as_deref(), Some("P"), "{l:?}");
         assert!(matches!(l.course, Course::Step { from_s } if (from_s - 40.0).abs() < 3.0), "{l:?}");
+    }
+
+    #[test]
+    fn a_shape_that_takes_little_of_the_gap_is_no_description() {
+        let told = |part: f64| {
+            let course = Course::Step { from_s: 53.1 };
+            Leftover { course, test: None, part, off_contact: None, specimens: vec![] }.in_words()
+        };
+        assert!(
+            told(0.9).starts_with("What is left is there from 53.1 s on (90 % of the gap);"),
+            "{}",
+            told(0.9)
+        );
+        let little = "What is left has no simple shape: the best of those tried, 20 % of the gap, is there from 53.1 s on;";
+        assert!(told(0.2).starts_with(little), "{}", told(0.2));
     }
 
     #[test]
