@@ -1,6 +1,6 @@
 //! Cases whose cause the diagnosis does not know.
 
-use super::program::{directory, fail, one_line, repository, succeed, text};
+use super::program::{directory, fail, json, one_line, repository, succeed, text};
 
 /// Cases of the wide ground, by the independent solver, with an effect whose visibility is computed from derivatives at what was drawn.
 #[test]
@@ -70,9 +70,6 @@ fn several_batches_need_a_secret_each_and_all_their_answers() {
     let both = d.path().join("both");
     let both_asked = ["challenge", "score", &one.0, "--secret", &one.1, "--with", text(&blind)];
     succeed(&[&both_asked[..], &["--out", text(&both)]].concat());
-    let read = |file: &std::path::Path| -> serde_json::Value {
-        serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap()
-    };
-    let nulls = |file| read(file)["diagnosis"]["false_accusations"]["of"].as_u64().unwrap();
+    let nulls = |file| json(file)["diagnosis"]["false_accusations"]["of"].as_u64().unwrap();
     assert_eq!(nulls(&both.with_extension("json")), nulls(&blind) + 1);
 }

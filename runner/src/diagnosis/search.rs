@@ -208,13 +208,13 @@ impl Search<'_> {
     fn beginnings(&self, shown: &[&Screened]) -> Vec<Beginnings<'_>> {
         let plain = self.plain;
         let fit = (plain.x(), plain.solution.chi_square);
-        let at_fit = |s: &&Screened| self.beginning(s, fit, (&plain.linear, &plain.covariance));
+        let at_fit = |s: &&Screened| Beginning {
+            is_at_fit: true,
+            ..self.beginning(s, fit, (&plain.linear, &plain.covariance))
+        };
         let mut points = vec![shown.iter().map(at_fit).collect::<Vec<_>>()];
         for there in self.elsewhere {
             points.push(shown.iter().map(|s| self.beginning_at(there, s)).collect());
-        }
-        for beginning in &mut points[0] {
-            beginning.is_at_fit = true;
         }
         for point in &mut points {
             point.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
