@@ -60,16 +60,16 @@ impl Refit {
     }
 }
 
-/// Whether a refit leaves so small a part of the gap that it may be a matter of the effect's form. Of a gap with kinks, as a lag leaves it, a
-/// smooth error explains little: the larger measure is the gap.
-fn leaves_little(
-    fit: &Fit,
-    remainder: &SomethingElse,
-    (plain, gap): (&Fit, &SomethingElse),
-    rest: f64,
-) -> bool {
-    let whole = gap.explained.max(excess(plain));
-    [remainder.explained, excess(fit)].iter().all(|left| *left < rest * rest * whole)
+/// Whether a refit leaves so small a part of the gap that it may be a matter of the effect's form.
+fn leaves_little(fit: &Fit, remainder: &SomethingElse, whole: (&Fit, &SomethingElse), rest: f64) -> bool {
+    let most = most_left(whole, rest);
+    [remainder.explained, excess(fit)].iter().all(|left| *left < most)
+}
+
+/// Most of chi^2 that may be a matter of the effect's form. Of a gap with kinks, as a lag leaves it, a smooth error explains little: the
+/// larger measure is the gap.
+pub fn most_left((plain, gap): (&Fit, &SomethingElse), rest: f64) -> f64 {
+    rest * rest * gap.explained.max(excess(plain))
 }
 
 /// Refits with the candidates `members` from `start`, parameters and magnitudes.

@@ -7,7 +7,7 @@ use super::screening::{Screened, Screening};
 use super::search::{PROMISING, Promise, Search};
 use crate::fit::EvaluationFailure;
 use crate::inference::Signature;
-use crate::inference::fit::{Depth, linearised};
+use crate::inference::fit::linearised;
 use crate::noise::form_errors;
 
 /// Second effects of different looks that are refitted with the best one.
@@ -47,13 +47,16 @@ impl Search<'_> {
         for promise in look.iter().take(most) {
             let start = self.joined((&before.x, &single.members), promise, before.chi_square)?;
             let members = [single.members[0], promise.candidate];
-            tried.extend(self.refit(&members, start, Depth::Minimum, say)?);
+            tried.extend(self.refit(&members, start, self.where_it_may_be_an_answer(), say)?);
             if tried.iter().any(|pair| pair.adequacy > self.thresholds.inadequate) {
                 break;
             }
         }
         tried.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        let Some(best) = tried.first().cloned() else { return Ok(None) };
+        // One that was not carried on may end above the single effect that it contains.
+        let Some(best) = tried.first().filter(|best| best.gain > single.gain).cloned() else {
+            return Ok(None);
+        };
         let promised = look.iter().filter(|p| look[0].gain - p.gain < self.thresholds.decisive);
         let not_refuted = |k: &usize| match tried.iter().find(|pair| pair.members[1] == *k) {
             Some(pair) => best.evidence - pair.evidence < self.thresholds.decisive,
@@ -116,7 +119,7 @@ impl Search<'_> {
     ) -> Result<Option<Refit>, DiagnosisError> {
         let size = pair.fit.magnitudes().get(k).copied().unwrap_or(1.0);
         let start = self.start(pair.fit.x(), &[(pair.members[k], size)])?;
-        self.refit(&[pair.members[k]], start, Depth::Competing, say)
+        self.refit(&[pair.members[k]], start, self.where_it_may_leave_noise(), say)
     }
 
     /// What the rest of a single effect shows best, beyond what the effect's form may leave.

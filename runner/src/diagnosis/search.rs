@@ -13,7 +13,7 @@
 //! -> quick: all others, where none of these explains the gap
 //! ```
 
-use super::confirming::{Refit, excess, refit};
+use super::confirming::{Refit, excess, most_left, refit};
 use super::diagnose::DiagnosisError;
 use super::looks::{Alike, QUICK_ALIKE};
 use super::round::{Elsewhere, linear_evidence};
@@ -32,6 +32,10 @@ pub(super) const PROMISING: f64 = 0.5;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
+/// A rough fit with more than this chi^2 per point misses the data, however it is polished.
+const MISSES_DATA: f64 = 1.3;
+/// A rough fit that leaves more than so many times what an answer may leave is none, however it is polished.
+const NO_ANSWER: f64 = 2.0;
 /// So many single effects are tried as the first of a pair until one of the pairs meets the data.
 const QUICK_FIRSTS: usize = 3;
 const FIRSTS: usize = 5;
@@ -234,6 +238,18 @@ impl Search<'_> {
         all
     }
 
+    /// A refit goes on at once where it may leave noise.
+    pub(super) fn where_it_may_leave_noise(&self) -> Depth {
+        Depth::Below(MISSES_DATA * self.plain.gap_mn.len() as f64)
+    }
+
+    /// A refit goes on where it may be an answer.
+    pub(super) fn where_it_may_be_an_answer(&self) -> Depth {
+        let points = self.plain.gap_mn.len() as f64;
+        let rest = most_left((self.plain, self.gap), self.thresholds.rest);
+        Depth::Below((points + NO_ANSWER * rest).max(MISSES_DATA * points))
+    }
+
     /// Whether another effect has gained much more than this one promises, wherever it begins; where that one leaves noise, at the plain
     /// fit: far from it most of what is promised is what the plain model explains as well.
     fn is_outdone(&self, beginnings: &Beginnings, found: &[(Refit, VecDeque<Beginning>)]) -> bool {
@@ -264,7 +280,12 @@ impl Search<'_> {
             best = self.begun(&at, say)?.filter(|found| better(&best, found)).or(best);
         }
         if let Some(promise) = first.filter(|_| is_worse(&best)) {
-            let last = self.refit(&[promise.candidate], self.hardly_any(&promise)?, Depth::Competing, say)?;
+            let last = self.refit(
+                &[promise.candidate],
+                self.hardly_any(&promise)?,
+                self.where_it_may_leave_noise(),
+                say,
+            )?;
             best = last.filter(|found| better(&best, found)).or(best);
         }
         Ok(best.map(|refit| (refit, beginnings)))
@@ -277,7 +298,7 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
         let start = self.joined((at.x, &[]), &at.promise, at.chi_square)?;
-        self.refit(&[at.promise.candidate], start, Depth::Competing, say)
+        self.refit(&[at.promise.candidate], start, self.where_it_may_leave_noise(), say)
     }
 
     /// The leaders are begun from the other starts, too, while the best of them leaves more than noise.

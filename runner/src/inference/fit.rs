@@ -52,8 +52,6 @@ const SETTLED: f64 = 0.1;
 pub const ROUGH: f64 = 3e-2;
 /// An iteration that is expected to lower chi^2 by less than this part of it is not made in a rough fit, nor a step shorter than one that was rejected.
 const ROUGH_FORESEEN: f64 = 3e-3;
-/// A rough fit with more than this chi^2 per point misses the data, however it is polished.
-const HOPELESS: f64 = 1.3;
 /// A Jacobian is not more accurate than this part of its largest singular value: by finite differences, and from the FMU's
 /// derivatives.
 const JACOBIAN_ACCURACY: [f64; 2] = [1e-4, 1e-6];
@@ -81,12 +79,12 @@ pub struct FitPlan {
 }
 
 /// How far a fit is carried.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Depth {
     /// Until an iteration gains a few per cent of chi^2 only.
     Rough,
-    /// To its minimum where it may meet the data.
-    Competing,
+    /// To its minimum where a rough fit has a smaller chi^2 than this.
+    Below(f64),
     /// To its minimum.
     Minimum,
 }
@@ -259,7 +257,7 @@ pub fn fit(
     let mut solution = from(&plan.start, &rough)?;
     let is_at_minimum = match plan.depth {
         Depth::Rough => false,
-        Depth::Competing => solution.chi_square < HOPELESS * setup.measured_mn().len() as f64,
+        Depth::Below(chi_square) => solution.chi_square < chi_square,
         Depth::Minimum => true,
     };
     if is_at_minimum {
