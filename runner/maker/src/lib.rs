@@ -33,20 +33,48 @@ pub use specimen::{Branch, Geometry, Material, Ogden, Specimen};
 
 use setup::Setup;
 
-/// What the load cell reads (N), without noise, at times (s) that do not fall, of a recorded motion.
+/// A test: the force on the specimen and the true motion.
+pub struct Run {
+    history: History,
+    motion: Motion,
+}
+
+impl Run {
+    /// Of a recorded motion, with the effects that act on the specimen.
+    ///
+    /// # Errors
+    /// When the specimen makes no sense or a step cannot be solved.
+    pub fn new(specimen: &Specimen, motion: &Motion, effects: &[Effect]) -> Result<Self, MakerError> {
+        let mut setup = Setup::plain(specimen, motion);
+        for effect in effects {
+            setup.add(effect);
+        }
+        let motion = setup.motion().clone();
+        Ok(Self { history: setup.run()?, motion })
+    }
+
+    /// What the load cell reads (N), without noise, at times (s) that do not fall, with the effects that act on it.
+    pub fn readings_n(&self, times_s: &[f64], effects: &[Effect]) -> Vec<f64> {
+        reading::readings(&self.history, &self.motion, times_s, effects)
+    }
+}
+
+/// Whether an effect acts on the specimen: runs with and without it differ.
+pub fn acts_on_specimen(effect: &Effect, specimen: &Specimen, motion: &Motion) -> bool {
+    Setup::plain(specimen, motion).add(effect)
+}
+
+/// What the load cell reads (N) in a run with all of these effects.
 ///
 /// # Errors
-/// When the specimen makes no sense or a step cannot be solved.
+/// As [`Run::new`].
 pub fn simulate(
     specimen: &Specimen,
     motion: &Motion,
     times_s: &[f64],
     effects: &[Effect],
 ) -> Result<Vec<f64>, MakerError> {
-    let mut setup = Setup::plain(specimen, motion);
-    effects.iter().for_each(|e| setup.add(e));
-    let motion = setup.motion().clone();
-    Ok(reading::readings(&setup.run()?, &motion, times_s, effects))
+    Ok(Run::new(specimen, motion, effects)?.readings_n(times_s, effects))
 }
 
 /// The plain model's force with another mesh and another tolerance of the steps (over the peak, 5e-4 as a rule).

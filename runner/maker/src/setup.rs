@@ -58,8 +58,8 @@ impl Setup {
         }
     }
 
-    /// Adds an effect, if it acts here.
-    pub fn add(&mut self, effect: &Effect) {
+    /// Adds an effect, if it acts here; whether it does.
+    pub fn add(&mut self, effect: &Effect) -> bool {
         let s = &mut self.specimen;
         let mobility = s.material.permeability / s.material.fluid_viscosity;
         let tight = |size: f64| match size > 0.0 {
@@ -135,8 +135,9 @@ impl Setup {
                 self.motion = self.motion.refined(grid).map(|t, d| d + warming(t));
             }
             Effect::Backlash { length } => self.motion = self.motion.with_play(length),
-            _ => {}
+            _ => return false,
         }
+        true
     }
 
     /// Mesh and steps of another accuracy.

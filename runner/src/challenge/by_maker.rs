@@ -5,16 +5,29 @@ use super::make::MakeError;
 use super::simulate::{Source, Test};
 use crate::pool::RunFailure;
 use poropunch::variables::by_name;
-use poropunch_maker::{Branch, Effect, Geometry, Material, Motion, Ogden, Specimen, simulate};
+use poropunch_maker::{Branch, Effect, Geometry, Material, Motion, Ogden, Run, Specimen, acts_on_specimen};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// The independent solver on some threads, a run on each.
 pub struct ByMaker<'a> {
     threads: ThreadPool,
     is_stopped: &'a (dyn Fn() -> bool + Sync),
+    kept: RefCell<Kept>,
 }
+
+/// Runs of one material.
+#[derive(Default)]
+struct Kept {
+    material: BTreeMap<String, f64>,
+    runs: Vec<(Wanted, Arc<Run>)>,
+}
+
+/// Effects that act on the specimen, and the test.
+type Wanted = (Vec<Effect>, usize);
 
 impl<'a> ByMaker<'a> {
     /// On so many threads, or as many as there are cores where it is 0; no run begins once `is_stopped`.
@@ -25,7 +38,8 @@ impl<'a> ByMaker<'a> {
         threads: usize,
         is_stopped: &'a (dyn Fn() -> bool + Sync),
     ) -> Result<Self, ThreadPoolBuildError> {
-        Ok(Self { threads: ThreadPoolBuilder::new().num_threads(threads).build()?, is_stopped })
+        let threads = ThreadPoolBuilder::new().num_threads(threads).build()?;
+        Ok(Self { threads, is_stopped, kept: RefCell::default() })
     }
 }
 
@@ -37,18 +51,46 @@ impl Source for ByMaker<'_> {
         tests: &[Test; 2],
     ) -> Result<Vec<Vec<Vec<f64>>>, MakeError> {
         let specimen = specimen(material);
-        let runs: Vec<(&Vec<Cause>, usize)> =
-            sets.iter().flat_map(|causes| (0..tests.len()).map(move |test| (causes, test))).collect();
-        let one = |&(causes, test): &(&Vec<Cause>, usize)| {
+        let motions = tests
+            .iter()
+            .map(|test| Motion::new(test.protocol.points().to_vec()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let effects = |causes: &[Cause], test: usize| -> Vec<Effect> {
+            causes.iter().filter_map(|c| in_test(c, test)).collect()
+        };
+        // What acts on the load cell alone needs no run of its own.
+        let wanted = |causes: &[Cause], test: usize| -> Wanted {
+            let acting = |effect: &Effect| acts_on_specimen(effect, &specimen, &motions[test]);
+            (effects(causes, test).into_iter().filter(acting).collect(), test)
+        };
+        let each = || sets.iter().flat_map(|causes| (0..tests.len()).map(move |test| (causes, test)));
+        let mut kept = self.kept.borrow_mut();
+        if kept.material != *material {
+            *kept = Kept { material: material.clone(), runs: vec![] };
+        }
+        let mut missing: Vec<Wanted> = vec![];
+        for (causes, test) in each() {
+            let run = wanted(causes, test);
+            if !kept.runs.iter().any(|(other, _)| *other == run) && !missing.contains(&run) {
+                missing.push(run);
+            }
+        }
+        let one = |(effects, test): Wanted| {
             if (self.is_stopped)() {
                 return Err(RunFailure::Cancelled.into());
             }
-            let effects: Vec<Effect> = causes.iter().filter_map(|c| in_test(c, test)).collect();
-            let Test { protocol, time_s, .. } = &tests[test];
-            Ok(simulate(&specimen, &Motion::new(protocol.points().to_vec())?, time_s, &effects)?)
+            let run = Run::new(&specimen, &motions[test], &effects)?;
+            Ok(((effects, test), Arc::new(run)))
         };
-        let readings: Vec<Vec<f64>> =
-            self.threads.install(|| runs.par_iter().map(one).collect::<Result<_, MakeError>>())?;
+        let done: Vec<(Wanted, Arc<Run>)> =
+            self.threads.install(|| missing.into_par_iter().map(one).collect::<Result<_, MakeError>>())?;
+        kept.runs.extend(done);
+        let reading = |(causes, test): (&Vec<Cause>, usize)| {
+            let wanted = wanted(causes, test);
+            let (_, run) = kept.runs.iter().find(|(other, _)| *other == wanted)?;
+            Some(run.readings_n(&tests[test].time_s, &effects(causes, test)))
+        };
+        let readings: Vec<Vec<f64>> = each().filter_map(reading).collect();
         Ok(readings.chunks(tests.len()).map(<[Vec<f64>]>::to_vec).collect())
     }
 }

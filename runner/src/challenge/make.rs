@@ -4,11 +4,11 @@ use super::by_engine::ByEngine;
 use super::by_maker::ByMaker;
 use super::draw::{Drawn, Kind, again, draw};
 use super::ground::Ground;
-use super::key::{CONTENT, Key, Replaced, SEAL, Secret, Solution, hash, sealed};
+use super::key::{CONTENT, Key, Replaced, SEAL, Secret, Solution, VISIBLE, hash, sealed};
 use super::noise::{csv, measured_n};
 use super::oracle::seen;
 use super::simulate::{Source, Test, tests};
-use crate::data::{DataError, Wanted, read_str};
+use crate::data::{DataError, Measurement, Wanted, read_str};
 use crate::engine::Engine;
 use crate::fit::EvaluationFailure;
 use crate::inference::ParameterError;
@@ -109,6 +109,8 @@ pub struct Made {
 const ATTEMPTS: u64 = 8;
 /// Times that one is drawn whose causes should be visible: of pairs, one in thirteen is.
 const VISIBLE_ATTEMPTS: u64 = 100;
+/// A cause of a pair that has less than this part of what is visible before the other one is measured beside it is not visible.
+const SURELY_HIDDEN: f64 = 0.5;
 
 /// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the sealed key, and its hash beside the cases.
 ///
@@ -133,6 +135,9 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
             .map(|k| if k == 0 { drawn.clone() } else { again(&drawn, k * (ATTEMPTS + 1), plan.ground) });
         let solution = loop {
             let Some(drawn) = draws.next() else { return Err(MakeError::Invisible(number + 1)) };
+            if chosen && maker.is_hidden(&drawn) {
+                continue;
+            }
             let (solution, files) = maker.computable(&drawn)?;
             if !chosen || solution.is_visible() {
                 files.iter().try_for_each(|(path, text)| write_file(path, text.as_bytes()))?;
@@ -182,7 +187,7 @@ impl Maker<'_> {
     }
 
     fn one(&self, drawn: Drawn) -> Result<(Solution, Files), MakeError> {
-        let (engine, plan, tests) = (self.engine, self.plan, &self.tests);
+        let tests = &self.tests;
         // With all causes, without any, and with each of them alone.
         let mut sets = vec![drawn.causes.clone()];
         if !drawn.causes.is_empty() {
@@ -192,25 +197,53 @@ impl Maker<'_> {
             sets.extend(drawn.causes.iter().map(|c| vec![c.clone()]));
         }
         let readings = self.source.readings_n(&drawn.material, &sets, tests)?;
-        let measured = measured_n(&drawn, tests, &readings[0]);
-        let folder = plan.out.join("cases").join(&drawn.id);
-        let (mut files, mut measurements) = (Files::new(), Vec::new());
-        for (test, measured) in tests.iter().zip(&measured) {
-            let path = folder.join(format!("{}.csv", test.name));
-            let text = csv(test, measured);
-            measurements.push(read_str(&text, &path, Wanted::MotionAndForce)?);
-            files.push((path, text));
-        }
-        let all_mn =
-            |reading: &Vec<Vec<f64>>| -> Vec<f64> { reading.iter().flatten().map(|f| f * 1e3).collect() };
+        let (files, measurements) = self.recorded(&drawn, &readings[0])?;
         let alone = if readings.len() > 2 { &readings[2..] } else { &readings[..drawn.causes.len()] };
-        let plain = readings.get(1).map(all_mn).unwrap_or_default();
-        let change = |r: &Vec<Vec<f64>>| all_mn(r).iter().zip(&plain).map(|(a, b)| a - b).collect();
-        let changes: Vec<Vec<f64>> = alone.iter().map(change).collect();
-        let seen = seen(engine, &drawn, &plan.numerics, &measurements, &changes)?;
+        let changes: Vec<Vec<f64>> = alone.iter().map(|r| change_mn(r, &readings[1])).collect();
+        let seen = seen(self.engine, &drawn, &self.plan.numerics, &measurements, &changes)?;
         let (visibility, gap_percent) = seen.iter().map(|s| (s.score, s.gap_percent)).unzip();
         let effects = drawn.causes.iter().filter_map(|c| c.effect().map(str::to_owned)).collect();
         let truth_mn = readings[0].iter().map(|r| r.iter().map(|f| f * 1e3).collect()).collect();
         Ok((Solution { drawn, effects, visibility, gap_percent, truth_mn }, files))
     }
+
+    /// Files of a case, and what they say.
+    fn recorded(
+        &self,
+        drawn: &Drawn,
+        readings_n: &[Vec<f64>],
+    ) -> Result<(Files, Vec<Measurement>), MakeError> {
+        let folder = self.plan.out.join("cases").join(&drawn.id);
+        let (mut files, mut measurements) = (Files::new(), Vec::new());
+        for (test, measured) in self.tests.iter().zip(&measured_n(drawn, &self.tests, readings_n)) {
+            let path = folder.join(format!("{}.csv", test.name));
+            let text = csv(test, measured);
+            measurements.push(read_str(&text, &path, Wanted::MotionAndForce)?);
+            files.push((path, text));
+        }
+        Ok((files, measurements))
+    }
+
+    /// Whether one of several causes is surely hidden: each alone is computed in turn, and what that shows beside those before.
+    fn is_hidden(&self, drawn: &Drawn) -> bool {
+        let is_hidden_beside_those_before = |causes: usize| {
+            let alone = drawn.causes[..causes].iter().map(|cause| vec![cause.clone()]);
+            let sets: Vec<_> = std::iter::once(vec![]).chain(alone).collect();
+            let readings = self.source.readings_n(&drawn.material, &sets, &self.tests)?;
+            let (_, measurements) = self.recorded(drawn, &readings[1])?;
+            let mut changes: Vec<_> = readings[1..].iter().map(|r| change_mn(r, &readings[0])).collect();
+            changes.resize(drawn.causes.len(), vec![0.0; changes[0].len()]);
+            let seen = seen(self.engine, drawn, &self.plan.numerics, &measurements, &changes)?;
+            Ok::<_, MakeError>(seen[..causes].iter().any(|s| s.score < SURELY_HIDDEN * VISIBLE))
+        };
+        // What cannot be computed is told where the case is made.
+        drawn.causes.len() > 1
+            && (1..=drawn.causes.len()).any(|causes| is_hidden_beside_those_before(causes).unwrap_or(false))
+    }
+}
+
+/// Change of the readings (mN) of all tests, one after the other, against others (N).
+fn change_mn(readings_n: &[Vec<f64>], plain_n: &[Vec<f64>]) -> Vec<f64> {
+    let pairs = readings_n.iter().flatten().zip(plain_n.iter().flatten());
+    pairs.map(|(with, without)| (with - without) * 1e3).collect()
 }
