@@ -1,8 +1,8 @@
 //! Whether anybody could see a cause, and whether it matters: what a refit leaves of its true change of the force, for somebody who
 //! knows the true parameters and the forms of all causes; of one of a pair, what a refit with the other one in any size leaves. No
-//! candidate of the catalogue comes into it. The refit is linear at the true parameters; a single cause that it takes as visible is
-//! refitted to the minimum, as parameters that move far absorb more than their derivatives say: from the true parameters and from where the
-//! data themselves would let a fit start, since the lowest minimum may be far from the truth.
+//! candidate of the catalogue comes into it. The refit is linear at the true parameters; of a single cause it is carried to the
+//! minimum, as parameters that move far absorb more or less than their derivatives say: from the true parameters and, while the cause
+//! is visible, from where the data themselves would let a fit start, since the lowest minimum may be far from the truth.
 
 use super::draw::Drawn;
 use super::key::VISIBLE;
@@ -77,9 +77,7 @@ pub fn seen(
     };
     let mut all: Vec<Seen> =
         (0..changes_mn.ncols()).map(|k| left(k).ok_or(MakeError::NotFinite)).collect::<Result<_, _>>()?;
-    if let [single] = &mut all[..]
-        && single.score >= VISIBLE
-    {
+    if let [single] = &mut all[..] {
         let mut starts = vec![x];
         for of_data in starts_of_data(setup, &requests)? {
             starts.push(unknowns.clone().starting_at(&of_data).start().to_vec());
