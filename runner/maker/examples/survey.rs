@@ -27,7 +27,7 @@ fn report(name: &str, specimen: &Specimen, motion: &Motion, effects: &[Effect]) 
     let end = motion.points().last().expect("points").0;
     let mut times: Vec<f64> = marks.into_iter().chain([218.27, 308.2, 309.0]).filter(|&t| t <= end).collect();
     times.push(end);
-    match simulate(specimen, motion, &times, effects) {
+    match Run::new(specimen, motion, effects).map(|run| run.readings_n(&times, effects)) {
         Ok(f) => print!(
             "{:5.1} s {}",
             start.elapsed().as_secs_f64(),

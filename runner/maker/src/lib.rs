@@ -64,23 +64,10 @@ pub fn acts_on_specimen(effect: &Effect, specimen: &Specimen, motion: &Motion) -
     Setup::plain(specimen, motion).add(effect)
 }
 
-/// What the load cell reads (N) in a run with all of these effects.
-///
-/// # Errors
-/// As [`Run::new`].
-pub fn simulate(
-    specimen: &Specimen,
-    motion: &Motion,
-    times_s: &[f64],
-    effects: &[Effect],
-) -> Result<Vec<f64>, MakerError> {
-    Ok(Run::new(specimen, motion, effects)?.readings_n(times_s, effects))
-}
-
 /// The plain model's force with another mesh and another tolerance of the steps (over the peak, 5e-4 as a rule).
 ///
 /// # Errors
-/// As [`simulate`].
+/// As [`Run::new`].
 pub fn simulate_plain(
     specimen: &Specimen,
     motion: &Motion,

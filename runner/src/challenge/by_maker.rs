@@ -10,7 +10,6 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 /// The independent solver on some threads, a run on each.
 pub struct ByMaker<'a> {
@@ -23,11 +22,17 @@ pub struct ByMaker<'a> {
 #[derive(Default)]
 struct Kept {
     material: BTreeMap<String, f64>,
-    runs: Vec<(Wanted, Arc<Run>)>,
+    runs: Vec<(Acting, Run)>,
 }
 
-/// Effects that act on the specimen, and the test.
-type Wanted = (Vec<Effect>, usize);
+/// Effects that act on the specimen, and the test: those that act on the load cell alone need no run of their own.
+type Acting = (Vec<Effect>, usize);
+
+impl Kept {
+    fn run(&self, acting: &Acting) -> Option<&Run> {
+        self.runs.iter().find(|(other, _)| other == acting).map(|(_, run)| run)
+    }
+}
 
 impl<'a> ByMaker<'a> {
     /// On so many threads, or as many as there are cores where it is 0; no run begins once `is_stopped`.
@@ -55,42 +60,37 @@ impl Source for ByMaker<'_> {
             .iter()
             .map(|test| Motion::new(test.protocol.points().to_vec()))
             .collect::<Result<Vec<_>, _>>()?;
-        let effects = |causes: &[Cause], test: usize| -> Vec<Effect> {
-            causes.iter().filter_map(|c| in_test(c, test)).collect()
+        let asked = |causes: &[Cause], test: usize| -> (Acting, Vec<Effect>) {
+            let effects: Vec<Effect> = causes.iter().filter_map(|c| in_test(c, test)).collect();
+            let acts = |effect: &&Effect| acts_on_specimen(effect, &specimen, &motions[test]);
+            ((effects.iter().filter(acts).copied().collect(), test), effects)
         };
-        // What acts on the load cell alone needs no run of its own.
-        let wanted = |causes: &[Cause], test: usize| -> Wanted {
-            let acting = |effect: &Effect| acts_on_specimen(effect, &specimen, &motions[test]);
-            (effects(causes, test).into_iter().filter(acting).collect(), test)
-        };
-        let each = || sets.iter().flat_map(|causes| (0..tests.len()).map(move |test| (causes, test)));
+        let all: Vec<(Acting, Vec<Effect>)> =
+            sets.iter().flat_map(|causes| (0..tests.len()).map(|test| asked(causes, test))).collect();
         let mut kept = self.kept.borrow_mut();
         if kept.material != *material {
             *kept = Kept { material: material.clone(), runs: vec![] };
         }
-        let mut missing: Vec<Wanted> = vec![];
-        for (causes, test) in each() {
-            let run = wanted(causes, test);
-            if !kept.runs.iter().any(|(other, _)| *other == run) && !missing.contains(&run) {
-                missing.push(run);
+        let mut missing: Vec<Acting> = vec![];
+        for (acting, _) in &all {
+            if kept.run(acting).is_none() && !missing.contains(acting) {
+                missing.push(acting.clone());
             }
         }
-        let one = |(effects, test): Wanted| {
+        let one = |(effects, test): Acting| {
             if (self.is_stopped)() {
                 return Err(RunFailure::Cancelled.into());
             }
             let run = Run::new(&specimen, &motions[test], &effects)?;
-            Ok(((effects, test), Arc::new(run)))
+            Ok(((effects, test), run))
         };
-        let done: Vec<(Wanted, Arc<Run>)> =
+        let done: Vec<(Acting, Run)> =
             self.threads.install(|| missing.into_par_iter().map(one).collect::<Result<_, MakeError>>())?;
         kept.runs.extend(done);
-        let reading = |(causes, test): (&Vec<Cause>, usize)| {
-            let wanted = wanted(causes, test);
-            let (_, run) = kept.runs.iter().find(|(other, _)| *other == wanted)?;
-            Some(run.readings_n(&tests[test].time_s, &effects(causes, test)))
+        let reading = |(acting, effects): &(Acting, Vec<Effect>)| {
+            Some(kept.run(acting)?.readings_n(&tests[acting.1].time_s, effects))
         };
-        let readings: Vec<Vec<f64>> = each().filter_map(reading).collect();
+        let readings: Vec<Vec<f64>> = all.iter().filter_map(reading).collect();
         Ok(readings.chunks(tests.len()).map(<[Vec<f64>]>::to_vec).collect())
     }
 }

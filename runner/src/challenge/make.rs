@@ -109,7 +109,7 @@ pub struct Made {
 const ATTEMPTS: u64 = 8;
 /// Times that one is drawn whose causes should be visible: of pairs, one in thirteen is.
 const VISIBLE_ATTEMPTS: u64 = 100;
-/// A cause of a pair that has less than this part of what is visible before the other one is measured beside it is not visible.
+/// A cause of a pair that shows less than this part of what is visible without the other one in the measurement is hidden.
 const SURELY_HIDDEN: f64 = 0.5;
 
 /// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the sealed key, and its hash beside the cases.
@@ -232,6 +232,7 @@ impl Maker<'_> {
             let readings = self.source.readings_n(&drawn.material, &sets, &self.tests)?;
             let (_, measurements) = self.recorded(drawn, &readings[1])?;
             let mut changes: Vec<_> = readings[1..].iter().map(|r| change_mn(r, &readings[0])).collect();
+            // Those that are not computed yet change nothing.
             changes.resize(drawn.causes.len(), vec![0.0; changes[0].len()]);
             let seen = seen(self.engine, drawn, &self.plan.numerics, &measurements, &changes)?;
             Ok::<_, MakeError>(seen[..causes].iter().any(|s| s.score < SURELY_HIDDEN * VISIBLE))

@@ -119,7 +119,7 @@ impl Search<'_> {
     ) -> Result<Option<Refit>, DiagnosisError> {
         let size = pair.fit.magnitudes().get(k).copied().unwrap_or(1.0);
         let start = self.start(pair.fit.x(), &[(pair.members[k], size)])?;
-        self.refit(&[pair.members[k]], start, self.where_it_may_leave_noise(), say)
+        self.refit_single(pair.members[k], start, say)
     }
 
     /// What the rest of a single effect shows best, beyond what the effect's form may leave.

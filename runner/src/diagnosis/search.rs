@@ -238,11 +238,6 @@ impl Search<'_> {
         all
     }
 
-    /// A refit goes on at once where it may leave noise.
-    pub(super) fn where_it_may_leave_noise(&self) -> Depth {
-        Depth::Below(MISSES_DATA * self.plain.gap_mn.len() as f64)
-    }
-
     /// A refit goes on where it may be an answer.
     pub(super) fn where_it_may_be_an_answer(&self) -> Depth {
         let points = self.plain.gap_mn.len() as f64;
@@ -280,12 +275,7 @@ impl Search<'_> {
             best = self.begun(&at, say)?.filter(|found| better(&best, found)).or(best);
         }
         if let Some(promise) = first.filter(|_| is_worse(&best)) {
-            let last = self.refit(
-                &[promise.candidate],
-                self.hardly_any(&promise)?,
-                self.where_it_may_leave_noise(),
-                say,
-            )?;
+            let last = self.refit_single(promise.candidate, self.hardly_any(&promise)?, say)?;
             best = last.filter(|found| better(&best, found)).or(best);
         }
         Ok(best.map(|refit| (refit, beginnings)))
@@ -298,7 +288,7 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
         let start = self.joined((at.x, &[]), &at.promise, at.chi_square)?;
-        self.refit(&[at.promise.candidate], start, self.where_it_may_leave_noise(), say)
+        self.refit_single(at.promise.candidate, start, say)
     }
 
     /// The leaders are begun from the other starts, too, while the best of them leaves more than noise.
@@ -373,6 +363,17 @@ impl Search<'_> {
             evidence: linear_evidence(&self.candidates[s.candidate], &signature, rest),
             giving_way: linear.giving_way(covariance, &s.change_mn).as_slice().to_vec(),
         }
+    }
+
+    /// A refit with one effect, to its minimum at once where it may leave noise.
+    pub(super) fn refit_single(
+        &self,
+        candidate: usize,
+        start: Vec<f64>,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
+        let depth = Depth::Below(MISSES_DATA * self.plain.gap_mn.len() as f64);
+        self.refit(&[candidate], start, depth, say)
     }
 
     /// `None` where the model cannot be computed with these effects: that is no competitor.
