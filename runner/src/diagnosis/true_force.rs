@@ -2,7 +2,8 @@
 //!
 //! What was measured is known; what of it is noise is not. The model's variables, the errors of its simulation and of its effects' form, and
 //! the errors of the measurement share what is left of the data, each as much as all points together say. What the first three have is
-//! force, the rest is noise.
+//! force, the rest is noise. An error whose size was estimated from few specimens is as likely as Student's t says: its variance is drawn with
+//! it (Gibbs' sampler; Geweke 1993).
 
 use super::confirming::Refit;
 use super::normal_equations::NormalEquations;
@@ -16,6 +17,8 @@ use nalgebra::{DMatrix, DVector};
 const SEED: u64 = 17;
 /// Number of draws of a noise.
 pub const DRAWS: usize = 400;
+/// Draws before the first that counts: far more than the few after which a variance has forgotten where it began.
+const FORGOTTEN: usize = 50;
 
 /// Draws of measured minus true force (mN, all points), where the effects of a refit are what was found, and nature's law deviates from
 /// theirs by the part `form`.
@@ -43,6 +46,8 @@ pub struct TrueForce {
     /// What each unknown adds to the force (mN); zero for errors of the measurement.
     force_mn: DMatrix<f64>,
     known: NormalEquations,
+    /// Places among the unknowns of errors whose size was estimated, and its degrees of freedom.
+    estimated: Vec<(usize, f64)>,
 }
 
 impl TrueForce {
@@ -61,20 +66,30 @@ impl TrueForce {
             }
         }
         let known = NormalEquations::new(fit, all, covariance.white_mn())?;
-        Some(Self { gap_mn: fit.gap_mn.clone(), force_mn, known })
+        let sizes = common.iter().enumerate().map(|(k, c)| (variables + k, c.degrees));
+        let estimated = sizes.filter(|(_, degrees)| degrees.is_finite()).collect();
+        Some(Self { gap_mn: fit.gap_mn.clone(), force_mn, known, estimated })
     }
 
     /// Draws of measured minus true force (mN, all points).
     pub fn noise_mn(&self, count: usize) -> Vec<DVector<f64>> {
         let mut random = Random::new(SEED);
-        let mean = self.known.solve(&self.gap_mn);
-        let upper = self.known.precision.l().transpose();
+        let lower = self.known.precision.l();
+        let normal = &lower * lower.transpose();
+        let mut at = self.known.solve(&self.gap_mn);
+        let right = &normal * &at;
         let mut draw = || {
-            let normal = DVector::from_fn(mean.len(), |_, _| random.normal());
-            let beside = upper.solve_upper_triangular(&normal)?;
-            Some(&self.gap_mn - &self.force_mn * (&mean + beside))
+            let mut precision = normal.clone();
+            for &(k, degrees) in &self.estimated {
+                let inverse_variance = random.chi_square(degrees + 1.0) / (degrees + at[k] * at[k]);
+                precision[(k, k)] += inverse_variance - 1.0;
+            }
+            let precision = precision.cholesky()?;
+            let beside = DVector::from_fn(right.len(), |_, _| random.normal());
+            at = precision.solve(&right) + precision.l().transpose().solve_upper_triangular(&beside)?;
+            Some(&self.gap_mn - &self.force_mn * &at)
         };
-        (0..count).filter_map(|_| draw()).collect()
+        (0..FORGOTTEN + count).filter_map(|_| draw()).skip(FORGOTTEN).collect()
     }
 }
 
@@ -86,11 +101,10 @@ mod tests {
 
     const POINTS: usize = 50;
 
-    /// A constant fitted to a constant of 2, an error of the measurement or of the model in the second half, and no other noise.
-    fn second_half(of_model: bool) -> f64 {
-        let half = DVector::from_fn(POINTS, |i, _| f64::from(u8::from(i >= POINTS / 2)));
-        let error = Common { of_model, ..Common::additive("half".into(), half.clone() * 3.0) };
-        let gap_mn = half;
+    /// A constant fitted with little white noise, and an error of this shape (mN), where `gap_mn` is measured beyond the model: draws of the
+    /// noise at the last point (mN).
+    fn last_draws(gap_mn: &DVector<f64>, error: Common) -> Vec<f64> {
+        let gap_mn = gap_mn.clone();
         let jacobian_mn = DMatrix::from_element(POINTS, 1, 1.0);
         let covariance = Covariance::new(DVector::from_element(POINTS, 0.01), vec![error]);
         let prior = Prior { mean: vec![0.0], deviation: vec![1e3] };
@@ -99,13 +113,32 @@ mod tests {
         let is_at_minimum = true;
         let fit =
             Fit { solution, linear, gap_mn, jacobian_mn, parameters: 1, prior, covariance, is_at_minimum };
-        let draws = TrueForce::new(&fit, vec![]).unwrap().noise_mn(200);
-        draws.iter().map(|noise| noise[POINTS - 1]).sum::<f64>() / 200.0
+        let draws = TrueForce::new(&fit, vec![]).unwrap().noise_mn(DRAWS);
+        draws.iter().map(|noise| noise[POINTS - 1]).collect()
     }
 
     #[test]
     fn errors_of_the_measurement_are_noise_and_errors_of_the_model_are_force() {
-        assert!((second_half(false) - 1.0).abs() < 0.01);
-        assert!(second_half(true).abs() < 0.01);
+        let half = DVector::from_fn(POINTS, |i, _| f64::from(u8::from(i >= POINTS / 2)));
+        let mean = |of_model: bool| {
+            let error = Common { of_model, ..Common::additive("half".into(), &half * 3.0) };
+            last_draws(&half, error).iter().sum::<f64>() / DRAWS as f64
+        };
+        assert!((mean(false) - 1.0).abs() < 0.01);
+        assert!(mean(true).abs() < 0.01);
+    }
+
+    /// Nothing tells an error that all points share from the constant: it is as likely as before.
+    #[test]
+    fn an_error_of_estimated_size_is_as_likely_as_student_s_t_says() {
+        let beyond = |degrees: f64| {
+            let shape_mn = DVector::from_element(POINTS, 3.0);
+            let error = Common { degrees, ..Common::additive("height".into(), shape_mn) };
+            let draws = last_draws(&DVector::zeros(POINTS), error);
+            draws.iter().filter(|mn| mn.abs() > 2.92 * 3.0).count() as f64 / DRAWS as f64
+        };
+        // 0.1 with two degrees of freedom, 0.0035 of a normal one; four standard errors of the first.
+        assert!((beyond(2.0) - 0.1).abs() < 0.06, "{}", beyond(2.0));
+        assert!(beyond(f64::INFINITY) < 0.02, "{}", beyond(f64::INFINITY));
     }
 }
