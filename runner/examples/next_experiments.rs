@@ -5,12 +5,12 @@
 //! ```
 //! Where the answer is a group, each of its members is taken to be true in turn: the test that is proposed first is simulated with it, and all
 //! members are refitted to what was measured and to this test together. The group is settled where every other member's chi^2 is worse by what
-//! decides (`thresholds.rs`). A test that decides by itself (a stiff blank) counts as settling it. Runs are kept where POROPUNCH_CACHE says.
+//! decides (`thresholds.rs`). A stiff blank settles it where no other member is on the same side, of machine or specimen. Runs are kept where POROPUNCH_CACHE says.
 
 mod common;
 
 use common::{Error, begin, diagnosed};
-use runner::diagnosis::experiments::{rivals, told_apart};
+use runner::diagnosis::experiments::{is_outside, rivals, told_apart};
 use runner::diagnosis::result::Kind;
 use runner::inference::Setup;
 use std::path::Path;
@@ -39,8 +39,10 @@ fn main() -> Result<(), Error> {
         for truth in 0..members.len() {
             asked += 1;
             if proposal.evidence.is_none() {
-                settled += 1;
-                told.push(format!("{}: by itself", name(truth)));
+                let outside = |k: usize| is_outside(members[k], &found.candidates);
+                let is_alone = (0..members.len()).all(|k| k == truth || outside(k) != outside(truth));
+                settled += usize::from(is_alone);
+                told.push(format!("{}: {}", name(truth), if is_alone { "by itself" } else { "not alone" }));
                 continue;
             }
             let chi = told_apart(setup, &found.candidates, &found.noise, &members, proposal, (truth, SEED))?;

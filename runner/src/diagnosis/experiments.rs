@@ -25,6 +25,9 @@ const DEEPER: f64 = 1.5;
 const DEEPEST: f64 = 0.5;
 /// Points of each straight part of the motion.
 const POINTS: usize = 40;
+/// Falls of chi^2 that tell explanations apart, as the odds that they are: 400 and 20.
+const SURELY: f64 = 12.0;
+const PROBABLY: f64 = 6.0;
 /// Evaluations of a refit with a test that was proposed.
 const EVALUATIONS: usize = 40;
 
@@ -33,7 +36,7 @@ const EVALUATIONS: usize = 40;
 pub struct Proposal {
     /// What to do.
     pub what: String,
-    /// Fall of chi^2 that tells the explanations apart; none where the test decides by itself.
+    /// Fall of chi^2 that tells the explanations apart; none where the test tells the machine's from the specimen's by itself.
     pub evidence: Option<f64>,
 }
 
@@ -44,8 +47,8 @@ impl Proposal {
             None => self.what.clone(),
             Some(evidence) => {
                 let odds = match evidence {
-                    e if e > 12.0 => "would tell them apart",
-                    e if e > 6.0 => "would probably tell them apart",
+                    e if e > SURELY => "would tell them apart",
+                    e if e > PROBABLY => "would probably tell them apart",
                     _ => "would hardly tell them apart",
                 };
                 format!("{}: {odds} (expected fall of chi^2 {evidence:.0})", self.what)
@@ -72,26 +75,31 @@ pub fn proposals(
     rivals: &[&Refit],
     sample_height_m: Option<f64>,
 ) -> Result<Vec<Proposal>, EvaluationFailure> {
-    let mut all = Vec::new();
     if rivals.len() < 2 {
-        return Ok(all);
+        return Ok(vec![]);
     }
-    let is_outside = |r: &&&Refit| {
-        r.members.iter().all(|k| matches!(candidates[*k].effect.place, Place::Machine | Place::Sensor))
-    };
-    let outside = rivals.iter().filter(is_outside).count();
-    if outside > 0 && outside < rivals.len() {
-        let what = "the same motion on a stiff blank (steel, or a spring): what is left there is the machine's or the sensor's";
-        all.push(Proposal { what: what.to_owned(), evidence: None });
-    }
+    let mut found = Vec::new();
     for test in tests(setup, sample_height_m) {
-        if let Some(evidence) = value(setup, candidates, noise, rivals, &test)? {
-            all.push(Proposal { what: test.what.to_owned(), evidence: Some(evidence) });
-        }
+        found.extend(value(setup, candidates, noise, rivals, &test)?.map(|evidence| (evidence, test.what)));
     }
-    let rank = |p: &Proposal| p.evidence.unwrap_or(f64::INFINITY);
-    all.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
+    found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    let proposal =
+        |&(evidence, what): &(f64, &str)| Proposal { what: what.to_owned(), evidence: Some(evidence) };
+    let mut all: Vec<Proposal> = found.iter().map(proposal).collect();
+    let outside = rivals.iter().filter(|r| is_outside(r, candidates)).count();
+    if outside > 0 && outside < rivals.len() {
+        // Without a specimen there are two answers: for more explanations, a test that tells all of them apart is worth more.
+        let all_apart = found.iter().take_while(|(evidence, _)| *evidence > SURELY).count();
+        let place = if rivals.len() > 2 { all_apart } else { 0 };
+        let what = "the same motion on a stiff blank (steel, or a spring): what is left there is the machine's or the sensor's";
+        all.insert(place, Proposal { what: what.to_owned(), evidence: None });
+    }
     Ok(all)
+}
+
+/// Whether an explanation acts without a specimen, too.
+pub fn is_outside(refit: &Refit, candidates: &[Candidate]) -> bool {
+    refit.members.iter().all(|k| matches!(candidates[*k].effect.place, Place::Machine | Place::Sensor))
 }
 
 /// Changes of the deepest test that was made.

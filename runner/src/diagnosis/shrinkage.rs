@@ -253,7 +253,7 @@ mod tests {
         };
         let true_one = 1.0 - (distance(true) / distance(false)).sqrt();
         let points: Vec<usize> = (0..POINTS / 2).collect();
-        let noises = TrueForce::new(&fitted(&measured, true), vec![]).unwrap().noise_mn(DRAWS);
+        let noises = TrueForce::new(&fitted(&measured, true), &[]).unwrap().noise_mn(DRAWS);
         (c.shrinkage(&points, &noises), true_one)
     }
 

@@ -2,8 +2,8 @@
 //!
 //! What was measured is known; what of it is noise is not. The model's variables, the errors of its simulation and of its effects' form, and
 //! the errors of the measurement share what is left of the data, each as much as all points together say. What the first three have is
-//! force, the rest is noise. An error whose size was estimated from few specimens is as likely as Student's t says: its variance is drawn with
-//! it (Gibbs' sampler; Geweke 1993).
+//! force, the rest is noise. Where the size of errors is not known - it was estimated from few specimens, or is that of an error of the simulation or of a form - it is drawn
+//! with them (Gibbs' sampler for Student's t; Geweke 1993).
 
 use super::confirming::Refit;
 use super::normal_equations::NormalEquations;
@@ -19,6 +19,8 @@ const SEED: u64 = 17;
 pub const DRAWS: usize = 400;
 /// Draws before the first that counts: far more than the few after which a variance has forgotten where it began.
 const FORGOTTEN: usize = 50;
+/// What is known of the size of the simulation's errors, and of a form's, before the data: what one other program, and one other law, had.
+const DEGREES_OF_MODEL: f64 = 1.0;
 
 /// Draws of measured minus true force (mN, all points), where the effects of a refit are what was found, and nature's law deviates from
 /// theirs by the part `form`.
@@ -34,9 +36,10 @@ pub fn draws_of_noise_mn(
     let changes = magnitudes.zip(columns.column_iter()).zip(fit.magnitudes());
     // A number has no other form.
     let laws = changes.filter(|((k, _), _)| !candidates[**k].effect.is_a_number);
-    let form =
-        laws.flat_map(|((_, column), magnitude)| form_errors(observations, &(column * *magnitude), form));
-    TrueForce::new(fit, form.collect()).map_or_else(Vec::new, |force| force.noise_mn(DRAWS))
+    let forms: Vec<_> = laws
+        .map(|((_, column), magnitude)| form_errors(observations, &(column * *magnitude), form))
+        .collect();
+    TrueForce::new(fit, &forms).map_or_else(Vec::new, |force| force.noise_mn(DRAWS))
 }
 
 /// The posterior of what the measured force has beside the true one.
@@ -46,14 +49,15 @@ pub struct TrueForce {
     /// What each unknown adds to the force (mN); zero for errors of the measurement.
     force_mn: DMatrix<f64>,
     known: NormalEquations,
-    /// Places among the unknowns of errors whose size was estimated, and its degrees of freedom.
-    estimated: Vec<(usize, f64)>,
+    /// Places among the unknowns of errors that have one size, and how well it is known (degrees of freedom).
+    sizes: Vec<(Vec<usize>, f64)>,
 }
 
 impl TrueForce {
-    /// Of a fit, whose effects may have another form than nature's by `form`; `None` where the normal equations cannot be solved.
-    pub fn new(fit: &Fit, form: Vec<Common>) -> Option<Self> {
-        let covariance: Covariance = fit.covariance.with(form);
+    /// Of a fit, each of whose effects may have another form than nature's by these errors, of one size; `None` where the normal equations
+    /// cannot be solved.
+    pub fn new(fit: &Fit, forms: &[Vec<Common>]) -> Option<Self> {
+        let covariance: Covariance = fit.covariance.with(forms.concat());
         let (points, variables) = fit.jacobian_mn.shape();
         let common = covariance.common();
         let mut force_mn = DMatrix::zeros(points, variables + common.len());
@@ -66,9 +70,17 @@ impl TrueForce {
             }
         }
         let known = NormalEquations::new(fit, all, covariance.white_mn())?;
-        let sizes = common.iter().enumerate().map(|(k, c)| (variables + k, c.degrees));
-        let estimated = sizes.filter(|(_, degrees)| degrees.is_finite()).collect();
-        Some(Self { gap_mn: fit.gap_mn.clone(), force_mn, known, estimated })
+        let before = fit.covariance.common();
+        let measured = before.iter().zip(variables..).map(|(c, k)| (vec![k], c.degrees));
+        let mut sizes: Vec<_> = measured.filter(|(_, degrees)| degrees.is_finite()).collect();
+        let of_model = before.iter().zip(variables..).filter(|(c, _)| c.of_model).map(|(_, k)| k).collect();
+        sizes.push((of_model, DEGREES_OF_MODEL));
+        let mut next = variables + before.len();
+        for form in forms {
+            sizes.push(((next..next + form.len()).collect(), DEGREES_OF_MODEL));
+            next += form.len();
+        }
+        Some(Self { gap_mn: fit.gap_mn.clone(), force_mn, known, sizes })
     }
 
     /// Draws of measured minus true force (mN, all points).
@@ -80,9 +92,10 @@ impl TrueForce {
         let right = &normal * &at;
         let mut draw = || {
             let mut precision = normal.clone();
-            for &(k, degrees) in &self.estimated {
-                let inverse_variance = random.chi_square(degrees + 1.0) / (degrees + at[k] * at[k]);
-                precision[(k, k)] += inverse_variance - 1.0;
+            for (places, degrees) in &self.sizes {
+                let square: f64 = places.iter().map(|&k| at[k] * at[k]).sum();
+                let inverse_variance = random.chi_square(degrees + places.len() as f64) / (degrees + square);
+                places.iter().for_each(|&k| precision[(k, k)] += inverse_variance - 1.0);
             }
             let precision = precision.cholesky()?;
             let beside = DVector::from_fn(right.len(), |_, _| random.normal());
@@ -113,7 +126,7 @@ mod tests {
         let is_at_minimum = true;
         let fit =
             Fit { solution, linear, gap_mn, jacobian_mn, parameters: 1, prior, covariance, is_at_minimum };
-        let draws = TrueForce::new(&fit, vec![]).unwrap().noise_mn(DRAWS);
+        let draws = TrueForce::new(&fit, &[]).unwrap().noise_mn(DRAWS);
         draws.iter().map(|noise| noise[POINTS - 1]).collect()
     }
 
