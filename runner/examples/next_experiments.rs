@@ -5,7 +5,8 @@
 //! ```
 //! Where the answer is a group, each of its members is taken to be true in turn: the test that is proposed first is simulated with it, and all
 //! members are refitted to what was measured and to this test together. The group is settled where every other member's chi^2 is worse by what
-//! decides (`thresholds.rs`). A stiff blank settles it where no other member is on the same side, of machine or specimen. Runs are kept where POROPUNCH_CACHE says.
+//! decides (`thresholds.rs`). A stiff blank settles it where no other member is on the same side, of machine or specimen. Runs are kept
+//! where POROPUNCH_CACHE says.
 
 mod common;
 

@@ -2,8 +2,8 @@
 //!
 //! What was measured is known; what of it is noise is not. The model's variables, the errors of its simulation and of its effects' form, and
 //! the errors of the measurement share what is left of the data, each as much as all points together say. What the first three have is
-//! force, the rest is noise. Where the size of errors is not known - it was estimated from few specimens, or is that of an error of the simulation or of a form - it is drawn
-//! with them (Gibbs' sampler for Student's t; Geweke 1993).
+//! force, the rest is noise. Where the size of errors is not known - it was estimated from few specimens, or is that of an error of the
+//! simulation or of a form - it is drawn with them (Gibbs' sampler for Student's t; Geweke 1993).
 
 use super::confirming::Refit;
 use super::normal_equations::NormalEquations;
@@ -70,11 +70,13 @@ impl TrueForce {
             }
         }
         let known = NormalEquations::new(fit, all, covariance.white_mn())?;
+        // Each of the measurement's errors has its own size, all of the simulation's have one.
         let before = fit.covariance.common();
-        let measured = before.iter().zip(variables..).map(|(c, k)| (vec![k], c.degrees));
-        let mut sizes: Vec<_> = measured.filter(|(_, degrees)| degrees.is_finite()).collect();
-        let of_model = before.iter().zip(variables..).filter(|(c, _)| c.of_model).map(|(_, k)| k).collect();
-        sizes.push((of_model, DEGREES_OF_MODEL));
+        let (of_model, measured): (Vec<_>, Vec<_>) =
+            before.iter().zip(variables..).partition(|(c, _)| c.of_model);
+        let estimated = measured.iter().filter(|(c, _)| c.degrees.is_finite());
+        let mut sizes: Vec<_> = estimated.map(|(c, k)| (vec![*k], c.degrees)).collect();
+        sizes.push((of_model.iter().map(|(_, k)| *k).collect(), DEGREES_OF_MODEL));
         let mut next = variables + before.len();
         for form in forms {
             sizes.push(((next..next + form.len()).collect(), DEGREES_OF_MODEL));
