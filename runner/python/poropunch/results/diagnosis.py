@@ -290,7 +290,7 @@ class Proposal:
     what: str
     """What to do."""
     evidence: Optional[float] = None
-    """Fall of chi^2 that tells the explanations apart; none where the test decides by itself."""
+    """Fall of chi^2 that tells the explanations apart; none where the test tells the machine's from the specimen's by itself."""
 
 
 @dataclass(frozen=True)
