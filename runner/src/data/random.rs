@@ -15,11 +15,6 @@ impl Random {
         (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
     }
 
-    /// Chi^2 of so many degrees of freedom, rounded to a whole number.
-    pub(crate) fn chi_square(&mut self, degrees: f64) -> f64 {
-        (0..degrees.round() as usize).map(|_| self.normal().powi(2)).sum()
-    }
-
     /// One of the numbers below `n`.
     pub(crate) fn below(&mut self, n: usize) -> usize {
         ((self.uniform() * n as f64) as usize).min(n - 1)

@@ -28,7 +28,9 @@ pub struct Refit {
     pub remainder: SomethingElse,
     /// Family-wise probability that noise alone leaves such a residual.
     pub adequacy: f64,
-    /// Whether the rest is so small a part of the gap that it may be a matter of the effect's form.
+    /// Part of the gap that may be a matter of its effects' form.
+    pub may_leave: f64,
+    /// Whether it leaves less.
     pub leaves_little: bool,
 }
 
@@ -50,26 +52,39 @@ impl Refit {
 
     /// The same beside another fit of the plain model than `before`.
     #[must_use]
-    pub fn beside(self, before: &Fit, (plain, gap): (&Fit, &SomethingElse), rest: f64) -> Self {
+    pub fn beside(self, before: &Fit, (plain, gap): (&Fit, &SomethingElse)) -> Self {
         Self {
             evidence: self.evidence + before.evidence(&[]) - plain.evidence(&[]),
             gain: plain.solution.chi_square - self.fit.misfit(),
-            leaves_little: leaves_little(&self.fit, &self.remainder, (plain, gap), rest),
+            leaves_little: leaves_little(&self.fit, &self.remainder, (plain, gap), self.may_leave),
             ..self
         }
     }
 }
 
-/// Whether a refit leaves so small a part of the gap that it may be a matter of the effect's form.
-fn leaves_little(fit: &Fit, remainder: &SomethingElse, whole: (&Fit, &SomethingElse), rest: f64) -> bool {
-    let most = most_left(whole, rest);
+/// Whether a refit leaves less than a part of the gap, which may be a matter of the effects' form.
+fn leaves_little(
+    fit: &Fit,
+    remainder: &SomethingElse,
+    whole: (&Fit, &SomethingElse),
+    may_leave: f64,
+) -> bool {
+    let most = most_left(whole, may_leave);
     [remainder.explained, excess(fit)].iter().all(|left| *left < most)
 }
 
-/// Most of chi^2 that may be a matter of the effect's form. Of a gap with kinks, as a lag leaves it, a smooth error explains little: the
-/// larger measure is the gap.
-pub fn most_left((plain, gap): (&Fit, &SomethingElse), rest: f64) -> f64 {
-    rest * rest * gap.explained.max(excess(plain))
+/// chi^2 of this part of the gap, in units of the noise. Of a gap with kinks, as a lag leaves it, a smooth error explains little: the larger
+/// measure is the gap.
+pub fn most_left((plain, gap): (&Fit, &SomethingElse), part: f64) -> f64 {
+    part * part * gap.explained.max(excess(plain))
+}
+
+/// Part of the gap that these effects may leave, as nature has other forms of them, where one law may leave `rest`. What is a number has no
+/// other form; what it leaves may be a second effect too small to be told. Two effects come near to much that neither of them is: together
+/// they may leave half of chi^2 that one may.
+fn may_leave(effects: &[&Candidate], rest: f64) -> f64 {
+    let form = if effects.iter().all(|c| c.effect.is_a_number) { 0.5 * rest } else { rest };
+    form / (effects.len() as f64).sqrt()
 }
 
 /// Refits with the candidates `members` from `start`, parameters and magnitudes.
@@ -85,6 +100,7 @@ pub fn refit(
 ) -> Result<Refit, FitFailure> {
     let &Search { setup, plain, gap, covariance, evaluations, thresholds, .. } = search;
     let active = search.active(members);
+    let may_leave = may_leave(&active, thresholds.rest);
     let plan = FitPlan { start, evaluations, depth };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let remainder = something_else(setup.observations, &found.linear, &found.covariance);
@@ -93,7 +109,8 @@ pub fn refit(
         alternatives: vec![],
         evidence: found.evidence(&active) - plain.evidence(&[]),
         gain: plain.solution.chi_square - found.misfit(),
-        leaves_little: leaves_little(&found, &remainder, (plain, gap), thresholds.rest),
+        leaves_little: leaves_little(&found, &remainder, (plain, gap), may_leave),
+        may_leave,
         remainder,
         adequacy: adequacy(setup, &found),
         fit: found,

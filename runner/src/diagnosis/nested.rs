@@ -68,6 +68,7 @@ mod tests {
             gain,
             remainder,
             adequacy,
+            may_leave: 0.5,
             leaves_little: true,
         }
     }

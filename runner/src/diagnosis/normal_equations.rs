@@ -15,6 +15,8 @@ pub struct NormalEquations {
     /// Precision times mean of what is known before.
     shift: DVector<f64>,
     /// Precision after.
+    pub normal: DMatrix<f64>,
+    /// The same, factorised.
     pub precision: Cholesky<f64, Dyn>,
     /// Share of the variance before that is left after.
     pub left: Vec<f64>,
@@ -31,9 +33,9 @@ impl NormalEquations {
         let before = DVector::from_vec(before);
         let mut normal = rows.tr_mul(&scaled_rows(&rows, &weights));
         normal.set_diagonal(&(normal.diagonal() + &before));
-        let precision = normal.cholesky()?;
+        let precision = normal.clone().cholesky()?;
         let left = precision.inverse().diagonal().component_mul(&before).as_slice().to_vec();
-        Some(Self { rows, weights, shift: DVector::from_vec(shift), precision, left })
+        Some(Self { rows, weights, shift: DVector::from_vec(shift), normal, precision, left })
     }
 
     /// The mean, where the fitted points have `gap_mn` measured minus model at the optimum.

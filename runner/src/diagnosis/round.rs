@@ -121,7 +121,7 @@ impl Asked<'_> {
         let mut round = self.look(plain, say)?;
         if round.significance.probability <= thresholds.significant {
             let beside = (&round.plain, &round.something_else);
-            let refits = before.refits.into_iter().map(|r| r.beside(&before.plain, beside, thresholds.rest));
+            let refits = before.refits.into_iter().map(|r| r.beside(&before.plain, beside));
             round.refits = refits.collect();
         }
         Ok(round)

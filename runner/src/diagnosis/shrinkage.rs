@@ -35,6 +35,10 @@ const SEED: u64 = 17;
 /// Share of the draws left out at each end.
 const TAIL: f64 = 0.05;
 
+/// What is left, in its logarithm, is known so many times worse than what is drawn says: of 17 blind cases whose effect was named rightly
+/// the interval as drawn held the truth in 11, so widened in 15. No answer depends on it but whether a small effect is confirmed.
+const TOO_NARROW: f64 = 1.5;
+
 /// One model's predictions of a split.
 struct Side {
     predictor: Predictor,
@@ -159,7 +163,7 @@ impl Comparison {
             before_mn: percentile(&before, 0.5).unwrap_or(0.0),
             after_mn: percentile(&after, 0.5).unwrap_or(0.0),
             value: part(0.5),
-            interval: part(TAIL).zip(part(1.0 - TAIL)),
+            interval: part(0.5).and_then(|at| Some(widened(at, (part(TAIL)?, part(1.0 - TAIL)?)))),
         }
     }
 
@@ -185,6 +189,15 @@ impl Comparison {
         let nearer = noises.par_iter().filter(|noise| is_nearer(noise)).count();
         Some(nearer as f64 > (1.0 - TAIL) * DRAWS as f64)
     }
+}
+
+/// An interval as it is, of one as it is drawn around its median.
+fn widened(at: f64, (low, high): (f64, f64)) -> (f64, f64) {
+    let left = 1.0 - at;
+    // Nothing left has no logarithm.
+    let end =
+        |drawn: f64| if left > 0.0 { 1.0 - left * ((1.0 - drawn) / left).powf(TOO_NARROW) } else { drawn };
+    (end(low), end(high))
 }
 
 /// None where there is nothing before.
@@ -269,6 +282,18 @@ mod tests {
         // The plain prediction misses a slope of 0.5 by 0.5 / sqrt(12).
         let mean = cases.iter().map(|(s, _)| s.before_mn).sum::<f64>() / 100.0;
         assert!((mean - 0.5 / 12f64.sqrt()).abs() < 0.01, "{mean}");
+    }
+
+    #[test]
+    fn an_interval_is_widened_in_the_logarithm_of_what_is_left() {
+        // A quarter more left, and a fifth less, become 1.25^1.5 and 0.8^1.5.
+        let (low, high) = widened(0.6, (0.5, 0.68));
+        approx::assert_relative_eq!(low, 1.0 - 0.4 * 1.397_54, epsilon = 1e-5);
+        approx::assert_relative_eq!(high, 1.0 - 0.4 / 1.397_54, epsilon = 1e-5);
+        // Worse with the effect than without.
+        let (low, high) = widened(-0.5, (-1.0, 0.0));
+        assert!(low < -1.0 && high > 0.0 && high < 1.0);
+        assert_eq!(widened(1.0, (1.0, 1.0)), (1.0, 1.0));
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub struct Thresholds {
     pub form: f64,
     /// A rest of the gap below this part, in units of the noise, is a matter of the effect's form: another program's forms of the catalogue's
     /// effects left up to 0.55 (`data/practice/slow-branch`); wrong answers 0.58 or more (a clock that drifts, called offset with compliance; a pair
-    /// called another one).
+    /// called another one). A pair, or what is a number, may leave less (`confirming.rs`).
     pub rest: f64,
     /// A magnitude of which more than this part of the prior's variance is left was not learned from what was fitted.
     pub learned: f64,

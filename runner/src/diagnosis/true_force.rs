@@ -7,11 +7,13 @@
 
 use super::confirming::Refit;
 use super::normal_equations::NormalEquations;
-use crate::data::random::Random;
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::Fit;
 use crate::noise::{Common, Covariance, Observation, form_errors};
 use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
 /// Seed of the draws.
 const SEED: u64 = 17;
@@ -87,20 +89,20 @@ impl TrueForce {
 
     /// Draws of measured minus true force (mN, all points).
     pub fn noise_mn(&self, count: usize) -> Vec<DVector<f64>> {
-        let mut random = Random::new(SEED);
-        let lower = self.known.precision.l();
-        let normal = &lower * lower.transpose();
+        let mut random = ChaCha8Rng::seed_from_u64(SEED);
+        let normal = &self.known.normal;
         let mut at = self.known.solve(&self.gap_mn);
-        let right = &normal * &at;
+        let right = normal * &at;
         let mut draw = || {
             let mut precision = normal.clone();
             for (places, degrees) in &self.sizes {
                 let square: f64 = places.iter().map(|&k| at[k] * at[k]).sum();
-                let inverse_variance = random.chi_square(degrees + places.len() as f64) / (degrees + square);
+                let likely = ChiSquared::new(degrees + places.len() as f64).ok()?;
+                let inverse_variance = likely.sample(&mut random) / (degrees + square);
                 places.iter().for_each(|&k| precision[(k, k)] += inverse_variance - 1.0);
             }
             let precision = precision.cholesky()?;
-            let beside = DVector::from_fn(right.len(), |_, _| random.normal());
+            let beside = DVector::from_fn(right.len(), |_, _| StandardNormal.sample(&mut random));
             at = precision.solve(&right) + precision.l().transpose().solve_upper_triangular(&beside)?;
             Some(&self.gap_mn - &self.force_mn * &at)
         };

@@ -35,6 +35,7 @@ fn refit(candidate: usize, evidence: f64) -> Refit {
         gain: evidence,
         remainder,
         adequacy: 0.5,
+        may_leave: 0.5,
         leaves_little: true,
     }
 }
