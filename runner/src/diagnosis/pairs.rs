@@ -5,6 +5,7 @@ use super::diagnose::DiagnosisError;
 use super::looks::QUICK_ALIKE;
 use super::screening::{Screened, Screening};
 use super::search::{PROMISING, Promise, Search};
+use super::thresholds::Thresholds;
 use crate::fit::EvaluationFailure;
 use crate::inference::Signature;
 use crate::inference::fit::linearised;
@@ -80,15 +81,8 @@ impl Search<'_> {
             return Ok(pair);
         }
         let Some(second) = self.alone(&pair, 1, say)? else { return Ok(pair) };
-        let is_better = |other: &Refit| {
-            let is_same = other.members.iter().all(|k| pair.members.contains(k));
-            if is_same {
-                other.alternatives.len() > pair.alternatives.len()
-            } else {
-                other.evidence > pair.evidence
-            }
-        };
-        Ok(self.pair(&second, shown, say)?.filter(is_better).unwrap_or(pair))
+        let Some(other) = self.pair(&second, shown, say)? else { return Ok(pair) };
+        Ok(better_of(pair, other, &self.thresholds))
     }
 
     /// Each of a pair alone has to be fitted as well as the pair is: from where that ended, too.
@@ -163,5 +157,49 @@ impl Search<'_> {
             }
         }
         Ok(found.into_iter().map(|(look, _)| look).collect())
+    }
+}
+
+/// The better of two pairs, of which `other` begins with the second effect of `pair`. Where data cannot tell them apart, what differs is in
+/// doubt and what they share is first.
+fn better_of(pair: Refit, other: Refit, thresholds: &Thresholds) -> Refit {
+    if other.members.iter().all(|k| pair.members.contains(k)) {
+        return if other.alternatives.len() > pair.alternatives.len() { other } else { pair };
+    }
+    let lead = pair.evidence - other.evidence;
+    let is_near = lead.abs() < thresholds.decisive && other.meets_data(thresholds);
+    match lead < 0.0 || is_near && pair.alternatives.is_empty() {
+        true if is_near => {
+            let alternatives = [pair.members[0]].into_iter().chain(other.alternatives).collect();
+            Refit { alternatives, ..other }
+        }
+        true => other,
+        false => pair,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::verdict_tests::refit;
+    use super::*;
+
+    fn pair(members: [usize; 2], evidence: f64) -> Refit {
+        Refit { members: members.to_vec(), ..refit(members[0], evidence) }
+    }
+
+    /// Members and what may stand in the place of the second.
+    fn better(one: Refit, other: Refit) -> (Vec<usize>, Vec<usize>) {
+        let found = better_of(one, other, &Thresholds::default());
+        (found.members, found.alternatives)
+    }
+
+    #[test]
+    fn of_pairs_that_data_cannot_tell_apart_the_common_effect_is_first() {
+        assert_eq!(better(pair([1, 2], 50.0), pair([2, 3], 48.0)), (vec![2, 3], vec![1]));
+        assert_eq!(better(pair([1, 2], 48.0), pair([2, 3], 50.0)), (vec![2, 3], vec![1]));
+        assert_eq!(better(pair([1, 2], 50.0), pair([2, 3], 20.0)), (vec![1, 2], vec![]));
+        assert_eq!(better(pair([1, 2], 20.0), pair([2, 3], 50.0)), (vec![2, 3], vec![]));
+        let poor = Refit { adequacy: 1e-6, leaves_little: false, ..pair([2, 3], 48.0) };
+        assert_eq!(better(pair([1, 2], 50.0), poor), (vec![1, 2], vec![]));
     }
 }

@@ -12,7 +12,7 @@ use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
 
 /// A single effect of magnitude 1 that leaves noise, with this much evidence.
-fn refit(candidate: usize, evidence: f64) -> Refit {
+pub(super) fn refit(candidate: usize, evidence: f64) -> Refit {
     let (none, one) = (DVector::zeros(1), DMatrix::from_element(1, 1, 1.0));
     let mut solution = Solution::at_once(vec![1.0], vec![1.0], one.clone());
     solution.chi_square = 100.0 - evidence;
