@@ -137,6 +137,9 @@ fn seen(fit: &Fit, parts: &[Part<'_>], shapes: &Shapes) -> Vec<Vec<DVector<f64>>
 
 /// Fall of chi^2 by shapes (of length 1) of free sizes, beyond what a refit absorbs.
 fn gain(fit: &Fit, shapes: &[&DVector<f64>]) -> f64 {
+    if shapes.is_empty() {
+        return 0.0;
+    }
     let among = DMatrix::from_fn(shapes.len(), shapes.len(), |i, j| shapes[i].dot(shapes[j]));
     let along = DVector::from_fn(shapes.len(), |i, _| shapes[i].dot(&fit.linear.residual));
     let own = among.symmetric_eigen();
@@ -383,6 +386,19 @@ mod tests {
         );
         let little = "What is left has no simple shape: the best of those tried, 20 % of the gap, is there from 53.1 s on;";
         assert!(told(0.2).starts_with(little), "{}", told(0.2));
+    }
+
+    /// A refit with a free drift absorbs the clock's shape, all of it.
+    #[test]
+    fn a_shape_that_a_refit_absorbs_is_no_description() {
+        let (observations, mut fit) = fitted(&|t| if t > 40.0 { 0.3 } else { 0.0 });
+        let drift = DVector::from_vec(observations[0].measurement.time_s.clone());
+        fit.jacobian_mn = fit.jacobian_mn.insert_column(2, 0.0);
+        fit.jacobian_mn.set_column(2, &drift);
+        fit.prior = Prior { mean: vec![0.0; 3], deviation: vec![1e3; 3] };
+        fit.linear = linearised(&fit.jacobian_mn, &fit.gap_mn, &fit.covariance, &fit.prior, &[0.0; 3]);
+        let l = leftover(&observations, &fit).unwrap();
+        assert!(matches!(l.course, Course::Step { .. }), "{l:?}");
     }
 
     #[test]

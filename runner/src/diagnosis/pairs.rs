@@ -9,7 +9,6 @@ use super::thresholds::Thresholds;
 use crate::fit::EvaluationFailure;
 use crate::inference::Signature;
 use crate::inference::fit::linearised;
-use crate::noise::form_errors;
 
 /// Second effects of different looks that are refitted with the best one.
 const QUICK_PARTNERS: usize = 2;
@@ -125,9 +124,9 @@ impl Search<'_> {
             [] => (1.0, alone.change_mn.clone()),
             [magnitude, ..] => (*magnitude, fit.jacobian_mn.column(fit.parameters) * *magnitude),
         };
-        // What is a number and no law has no other form.
-        let form = if self.candidates[first].effect.is_a_number { 0.0 } else { self.thresholds.form };
-        let covariance = fit.covariance.with(form_errors(self.setup.observations, &change_mn, form));
+        let effect = &self.candidates[first].effect;
+        let forms = effect.errors_of_form(self.setup.observations, &change_mn, self.thresholds.form);
+        let covariance = fit.covariance.with(forms);
         let linear = linearised(&fit.jacobian_mn, &fit.gap_mn, &covariance, &fit.prior, &fit.solution.x);
         let family = |k: usize| &self.candidates[k].effect.family;
         let others = shown.iter().filter(|s| family(s.candidate) != family(first));
@@ -168,14 +167,14 @@ fn better_of(pair: Refit, other: Refit, thresholds: &Thresholds) -> Refit {
     }
     let lead = pair.evidence - other.evidence;
     let is_near = lead.abs() < thresholds.decisive && other.meets_data(thresholds);
-    match lead < 0.0 || is_near && pair.alternatives.is_empty() {
-        true if is_near => {
-            let alternatives = [pair.members[0]].into_iter().chain(other.alternatives).collect();
-            Refit { alternatives, ..other }
-        }
-        true => other,
-        false => pair,
+    if lead >= 0.0 && !(is_near && pair.alternatives.is_empty()) {
+        return pair;
     }
+    if !is_near {
+        return other;
+    }
+    let alternatives = [pair.members[0]].into_iter().chain(other.alternatives).collect();
+    Refit { alternatives, ..other }
 }
 
 #[cfg(test)]

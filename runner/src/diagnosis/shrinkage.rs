@@ -159,11 +159,12 @@ impl Comparison {
         };
         let is_significant = ratio > -2.0 * self.significant.ln();
         let part = |share: f64| percentile(&parts, share).filter(|_| is_significant);
+        let value = part(0.5);
         Shrinkage {
             before_mn: percentile(&before, 0.5).unwrap_or(0.0),
             after_mn: percentile(&after, 0.5).unwrap_or(0.0),
-            value: part(0.5),
-            interval: part(0.5).and_then(|at| Some(widened(at, (part(TAIL)?, part(1.0 - TAIL)?)))),
+            value,
+            interval: value.and_then(|at| Some(widened(at, (part(TAIL)?, part(1.0 - TAIL)?)))),
         }
     }
 

@@ -9,7 +9,7 @@ use super::confirming::Refit;
 use super::normal_equations::NormalEquations;
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::Fit;
-use crate::noise::{Common, Covariance, Observation, form_errors};
+use crate::noise::{Common, Covariance, Observation};
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -36,10 +36,11 @@ pub fn draws_of_noise_mn(
     let magnitudes = refit.members.iter().filter(|k| is_continuous(&candidates[**k]));
     let columns = fit.jacobian_mn.columns_range(fit.parameters..);
     let changes = magnitudes.zip(columns.column_iter()).zip(fit.magnitudes());
-    // A number has no other form.
-    let laws = changes.filter(|((k, _), _)| !candidates[**k].effect.is_a_number);
-    let forms: Vec<_> = laws
-        .map(|((_, column), magnitude)| form_errors(observations, &(column * *magnitude), form))
+    let forms: Vec<_> = changes
+        .map(|((k, column), size)| {
+            candidates[*k].effect.errors_of_form(observations, &(column * *size), form)
+        })
+        .filter(|errors| !errors.is_empty())
         .collect();
     TrueForce::new(fit, &forms).map_or_else(Vec::new, |force| force.noise_mn(DRAWS))
 }

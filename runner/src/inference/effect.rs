@@ -3,6 +3,8 @@
 //! A magnitude is counted in plausible scales of the effect, so that 1 means "as large as one would expect it"
 //! and 0 is the plain model.
 
+use crate::noise::{Common, Observation, form_errors};
+use nalgebra::DVector;
 use schemars::JsonSchema;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -82,6 +84,22 @@ pub struct Effect {
     pub parameters: Vec<String>,
     /// How it sets them.
     pub action: Action,
+}
+
+impl Effect {
+    /// By what nature's change of the force may deviate in its form from this effect's (`change_mn`, mN, all points), by the part
+    /// `form` of it; nothing for a number, which has no other form.
+    pub fn errors_of_form(
+        &self,
+        observations: &[Observation],
+        change_mn: &DVector<f64>,
+        form: f64,
+    ) -> Vec<Common> {
+        if self.is_a_number {
+            return vec![];
+        }
+        form_errors(observations, change_mn, form)
+    }
 }
 
 impl fmt::Debug for Effect {
