@@ -4,7 +4,7 @@ use super::confirming::Refit;
 use super::diagnose::DiagnosisError;
 use super::round::Elsewhere;
 use super::screening::Screened;
-use super::search::{Beginning, Beginnings, PROMISING, Search};
+use super::search::{Beginning, Beginnings, PROMISING, Search, keep_better};
 use std::collections::VecDeque;
 
 /// Effects of different looks that a quick diagnosis refits, and those that look like the best of them.
@@ -91,12 +91,7 @@ impl Search<'_> {
         let mut beginnings: Vec<Beginning> = like_it.map(|s| self.beginning_at(&there, s)).collect();
         beginnings.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
         for at in beginnings.into_iter().take(if self.quick { QUICK_ALIKE } else { usize::MAX }) {
-            let Some(found) = self.begun(&at, say)? else { continue };
-            match refits.iter_mut().find(|r| r.members == found.members) {
-                Some(before) if found.gain <= before.gain => {}
-                Some(before) => *before = found,
-                None => refits.push(found),
-            }
+            self.begun(&at, say)?.into_iter().for_each(|found| keep_better(refits, found));
         }
         Ok(())
     }

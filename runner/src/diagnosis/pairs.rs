@@ -4,7 +4,7 @@ use super::confirming::Refit;
 use super::diagnose::DiagnosisError;
 use super::looks::QUICK_ALIKE;
 use super::screening::{Screened, Screening};
-use super::search::{PROMISING, Promise, Search};
+use super::search::{PROMISING, Promise, Search, keep_better};
 use super::thresholds::Thresholds;
 use crate::fit::EvaluationFailure;
 use crate::inference::Signature;
@@ -92,12 +92,7 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<(), DiagnosisError> {
         for k in 0..pair.members.len() {
-            let Some(alone) = self.alone(pair, k, say)? else { continue };
-            match refits.iter_mut().find(|r| r.members == alone.members) {
-                Some(before) if before.gain < alone.gain => *before = alone,
-                Some(_) => {}
-                None => refits.push(alone),
-            }
+            self.alone(pair, k, say)?.into_iter().for_each(|alone| keep_better(refits, alone));
         }
         refits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         Ok(())

@@ -10,7 +10,7 @@
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
 //! the next best, too, until a pair meets the data
-//! -> quick: all others, where none of these explains the gap
+//! -> where none of these explains the gap: quick: all others; what explains nothing from its other starts, too
 //! ```
 
 use super::confirming::{Refit, excess, most_left, refit};
@@ -72,6 +72,15 @@ pub(super) type Beginnings<'a> = Vec<Beginning<'a>>;
 /// The best so far.
 fn leader<'a>(found: &'a [(Refit, VecDeque<Beginning>)]) -> Option<&'a Refit> {
     found.iter().map(|(refit, _)| refit).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+}
+
+/// Puts a refit in the place of one of the same effects that gains less, or beside those of others.
+pub(super) fn keep_better(refits: &mut Vec<Refit>, found: Refit) {
+    match refits.iter_mut().find(|r| r.members == found.members) {
+        Some(before) if found.gain <= before.gain => {}
+        Some(before) => *before = found,
+        None => refits.push(found),
+    }
 }
 
 /// What all refits share.
@@ -144,17 +153,17 @@ impl Search<'_> {
             self.begin_elsewhere(&mut found, say)?;
         }
         rest.extend(others.into_iter().map(|a| a.beginnings));
-        let refits = found.into_iter().map(|(refit, _)| refit).collect();
-        let refits = self.settled(refits, screened, shown, say)?;
-        if rest.is_empty() || refits.iter().any(|r| r.meets_data(&self.thresholds)) {
+        let refits = found.iter().map(|(refit, _)| refit.clone()).collect();
+        let mut refits = self.settled(refits, screened, shown, say)?;
+        if refits.iter().any(|r| r.meets_data(&self.thresholds)) {
             return Ok(refits);
         }
-        let mut more = Vec::new();
         for beginnings in rest {
-            more.extend(self.begin(beginnings, say)?);
+            found.extend(self.begin(beginnings, say)?);
         }
-        self.begin_elsewhere(&mut more, say)?;
-        let refits = refits.into_iter().chain(more.into_iter().map(|(refit, _)| refit)).collect();
+        self.begin_again(&mut found, say)?;
+        self.begin_elsewhere(&mut found, say)?;
+        found.into_iter().for_each(|(refit, _)| keep_better(&mut refits, refit));
         self.settled(refits, screened, shown, say)
     }
 
@@ -306,6 +315,24 @@ impl Search<'_> {
             };
             if let Some(other) = self.begun(&at, say)?.filter(|other| other.gain > refit.gain) {
                 *refit = other;
+            }
+        }
+        Ok(())
+    }
+
+    /// What explains nothing from where it began is begun from its other starts: all of them, where nothing explains the gap.
+    fn begin_again(
+        &self,
+        found: &mut [(Refit, VecDeque<Beginning>)],
+        say: &mut dyn FnMut(String),
+    ) -> Result<(), DiagnosisError> {
+        for (refit, elsewhere) in found {
+            while refit.gain < self.thresholds.decisive
+                && let Some(at) = elsewhere.pop_front()
+            {
+                if let Some(other) = self.begun(&at, say)?.filter(|other| other.gain > refit.gain) {
+                    *refit = other;
+                }
             }
         }
         Ok(())

@@ -15,6 +15,7 @@ mod neighbours;
 mod numerical;
 pub mod observation;
 pub mod odd_specimen;
+mod slow;
 mod specimens;
 mod spikes;
 #[cfg(test)]

@@ -3,11 +3,11 @@
 
 use super::Common;
 use super::common_factor::MEDIAN_OVER_MEAN;
-use super::correlated::{FEWEST_IN_RECORD, NoiseParts, Record, noise_parts};
 use super::motion::beside_the_path;
 use super::neighbours::{Differences, White, white_noise};
 use super::numerical::{hats_by_knot, sum_by_key};
 use super::observation::{Observation, ObservationError};
+use super::slow::{off_contact, slow_noise};
 use super::weights::{Uncertainty, Weights};
 use crate::data::Phase;
 use crate::data::measurement::median;
@@ -39,6 +39,10 @@ const RESOLUTION: f64 = 1e-4;
 const UNKNOWN: f64 = 1e6;
 /// A variance counts when it is this many of its standard errors above what white noise gives.
 const BEYOND_DOUBT: f64 = 3.0;
+
+/// Specimens that the shapes of a test's own are known by before they are seen: the fewest with which a covariance of any number of them
+/// has a mean.
+const USUAL_SPECIMENS: f64 = 2.0;
 
 /// What tells the noise of a test.
 enum Source<'a> {
@@ -103,7 +107,7 @@ pub fn test_noise(
         .map(|c| (c.amplitude.value * 1e3, c.time_s.value));
     if let Some((sigma_mn, time_s)) = noise.slow_mn {
         let curves = observation.factors.len().max(1) as f64;
-        noise.common.extend(slow_noise(observation, "slow noise", sigma_mn / curves.sqrt(), time_s));
+        noise.common.extend(slow_noise(observation, "slow noise", sigma_mn / curves.sqrt(), Some(time_s)));
     }
     let beside = beside_the_path(observation, force_mn);
     noise.white_mn.zip_apply(&beside, |white, beside| *white = white.hypot(beside));
@@ -191,8 +195,10 @@ fn residuals(observation: &Observation) -> DMatrix<f64> {
 
 fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn: &DVector<f64>) -> TestNoise {
     let (points, n) = residuals.shape();
-    let proportional = shapes(observation).into_iter().map(|h| h.component_mul(force_mn));
-    let basis: Vec<DVector<f64>> = proportional.chain(drifts(observation)).collect();
+    // The height comes first and is known apart; together the first shapes are the height, so that one of them is none of its own.
+    let proportional = shapes(observation).into_iter().skip(1).map(|h| h.component_mul(force_mn));
+    let basis: Vec<DVector<f64>> =
+        std::iter::once(force_mn.clone()).chain(proportional).chain(drifts(observation)).collect();
     // Shapes orthogonal to each other are told one by one.
     let q = DMatrix::from_columns(&basis).qr().q();
     let coefficients = q.tr_mul(residuals);
@@ -208,19 +214,17 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
     let white_mn = DVector::from_iterator(points, slopes.iter().map(at));
     let white = if seen.clock_s > 0.0 { white_mn.norm() / (points as f64).sqrt() } else { at(&0.0) };
     let square: f64 = observation.factors.iter().map(|a| a * a).sum();
-    let mut common = Vec::new();
-    for (j, row) in coefficients.row_iter().enumerate() {
-        let variance = row.norm_squared() / (n as f64 - 1.0);
-        if is_beyond(variance, white, n as f64 - 1.0) {
+    let mut common = differences(&q, &coefficients, white)
+        .enumerate()
+        .map(|(j, shape_mn)| {
             let name = format!("shapes of the specimens of {}, part {}", observation.name(), j + 1);
-            let shape_mn = q.column(j) * ((variance - white * white) / n as f64).sqrt();
-            common.push(Common { degrees: n as f64 - 1.0, ..Common::additive(name, shape_mn) });
-        }
-    }
+            Common::additive(name, shape_mn)
+        })
+        .collect::<Vec<_>>();
     if is_beyond(rest_square, white, degrees) {
         // Neither white nor a slow shape: remembered from sample to sample.
         let sigma_mn = ((rest_square - white * white) / square).sqrt();
-        common.extend(slow_noise(observation, "unsteadiness", sigma_mn, 0.0));
+        common.extend(slow_noise(observation, "unsteadiness", sigma_mn, None));
     }
     let clock = match 1e3 * spent * seen.clock_s {
         0.0 => String::new(),
@@ -239,6 +243,31 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
         height_scatter: observation.log_scatter(),
         description,
     }
+}
+
+/// What a mean of specimens misses by the shapes in which these differ (mN, independent of each other): of their coefficients of the
+/// orthonormal columns of `q`, one column each, of which the first is the height and known apart. The covariance is the posterior mean
+/// of what is beyond white noise, where an inverse Wishart distribution is known before, of a scale of so many more specimens that
+/// differ in every shape by the mean of all: few specimens may seem alike by chance, and what differs in one way differs in many
+/// shapes at once.
+fn differences(
+    q: &DMatrix<f64>,
+    coefficients: &DMatrix<f64>,
+    white_mn: f64,
+) -> impl Iterator<Item = DVector<f64>> {
+    let (q, shapes) = (q.columns_range(1..), coefficients.rows_range(1..));
+    let (count, n) = (shapes.nrows(), shapes.ncols() as f64);
+    let degrees = n - 1.0;
+    let mean = shapes.norm_squared() / (degrees * count as f64);
+    let diagonal = USUAL_SPECIMENS * mean - (degrees + USUAL_SPECIMENS) * white_mn * white_mn;
+    let square = shapes * shapes.transpose() + DMatrix::from_diagonal_element(count, count, diagonal);
+    let own = (square / (degrees * n)).symmetric_eigen();
+    let known = own.eigenvalues.iter().zip(own.eigenvectors.column_iter());
+    known
+        .filter(|(variance, _)| **variance > 0.0)
+        .map(|(v, shape)| q * shape * v.sqrt())
+        .collect::<Vec<_>>()
+        .into_iter()
 }
 
 /// Rates at which a curve changes: the larger of both sides'.
@@ -282,42 +311,4 @@ fn shapes(observation: &Observation) -> Vec<DVector<f64>> {
     let shared = sum_by_key(cycles.iter().flatten().map(|(knot, hat)| (*knot, hat)));
     let later = cycles.into_iter().skip(1).flat_map(BTreeMap::into_values);
     shared.into_values().chain(later).collect()
-}
-
-/// Noise while the punch is in the air after a withdrawal, of every specimen.
-fn off_contact(observation: &Observation) -> Option<NoiseParts> {
-    let m = &observation.measurement;
-    let stretch = |cycle: &crate::data::Cycle| {
-        cycle.times.withdrawn_s.map(|from| cycle.points(&m.time_s, from, cycle.times.end_s))
-    };
-    let stretches: Vec<_> = observation.cycles.iter().filter_map(stretch).collect();
-    let records: Vec<Record> = m
-        .curves_n()
-        .into_iter()
-        .flat_map(|curve| {
-            stretches.iter().map(|range| Record {
-                time_s: m.time_s[range.clone()].to_vec(),
-                values: curve[range.clone()].to_vec(),
-            })
-        })
-        .filter(|r| r.values.len() >= FEWEST_IN_RECORD)
-        .collect();
-    (!records.is_empty()).then(|| noise_parts(&records)).flatten()
-}
-
-/// A noise remembered for `time_s` as hat functions of that width; at most [`MOST_KNOTS`] of them.
-fn slow_noise(observation: &Observation, what: &str, sigma_mn: f64, time_s: f64) -> Vec<Common> {
-    const MOST_KNOTS: f64 = 60.0;
-    let t = &observation.time_s;
-    let (first, last) = (t[0], t[t.len() - 1]);
-    let width = time_s.max((last - first) / MOST_KNOTS);
-    // A shorter memory than the knots' distance averages out between them; where none is known, it is that distance.
-    let sigma_mn = sigma_mn * if time_s > 0.0 { (time_s / width).sqrt() } else { 1.0 };
-    let knots = ((last - first) / width).ceil() as i32;
-    let hat = |k: i32| {
-        let share = |t: f64| (1.0 - ((t - first) / width - f64::from(k)).abs()).max(0.0);
-        let shape_mn = DVector::from_iterator(t.len(), t.iter().map(|&t| sigma_mn * share(t)));
-        Common::additive(format!("{what} of {}, part {k}", observation.name()), shape_mn)
-    };
-    (0..=knots).map(hat).filter(|c| c.shape_mn.amax() > 0.0).collect()
 }
