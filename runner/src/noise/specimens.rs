@@ -199,7 +199,6 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
     let proportional = shapes(observation).into_iter().skip(1).map(|h| h.component_mul(force_mn));
     let basis: Vec<DVector<f64>> =
         std::iter::once(force_mn.clone()).chain(proportional).chain(drifts(observation)).collect();
-    // Shapes orthogonal to each other are told one by one.
     let q = DMatrix::from_columns(&basis).qr().q();
     let coefficients = q.tr_mul(residuals);
     let smooth = &q * &coefficients;
@@ -214,13 +213,10 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
     let white_mn = DVector::from_iterator(points, slopes.iter().map(at));
     let white = if seen.clock_s > 0.0 { white_mn.norm() / (points as f64).sqrt() } else { at(&0.0) };
     let square: f64 = observation.factors.iter().map(|a| a * a).sum();
-    let mut common = differences(&q, &coefficients, white)
-        .enumerate()
-        .map(|(j, shape_mn)| {
-            let name = format!("shapes of the specimens of {}, part {}", observation.name(), j + 1);
-            Common::additive(name, shape_mn)
-        })
-        .collect::<Vec<_>>();
+    let named = |(j, shape_mn)| {
+        Common::additive(format!("shapes of the specimens of {}, part {j}", observation.name()), shape_mn)
+    };
+    let mut common: Vec<Common> = (1..).zip(differences(&q, &coefficients, white)).map(named).collect();
     if is_beyond(rest_square, white, degrees) {
         // Neither white nor a slow shape: remembered from sample to sample.
         let sigma_mn = ((rest_square - white * white) / square).sqrt();
@@ -250,11 +246,7 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
 /// of what is beyond white noise, where an inverse Wishart distribution is known before, of a scale of so many more specimens that
 /// differ in every shape by the mean of all: few specimens may seem alike by chance, and what differs in one way differs in many
 /// shapes at once.
-fn differences(
-    q: &DMatrix<f64>,
-    coefficients: &DMatrix<f64>,
-    white_mn: f64,
-) -> impl Iterator<Item = DVector<f64>> {
+fn differences(q: &DMatrix<f64>, coefficients: &DMatrix<f64>, white_mn: f64) -> Vec<DVector<f64>> {
     let (q, shapes) = (q.columns_range(1..), coefficients.rows_range(1..));
     let (count, n) = (shapes.nrows(), shapes.ncols() as f64);
     let degrees = n - 1.0;
@@ -263,11 +255,7 @@ fn differences(
     let square = shapes * shapes.transpose() + DMatrix::from_diagonal_element(count, count, diagonal);
     let own = (square / (degrees * n)).symmetric_eigen();
     let known = own.eigenvalues.iter().zip(own.eigenvectors.column_iter());
-    known
-        .filter(|(variance, _)| **variance > 0.0)
-        .map(|(v, shape)| q * shape * v.sqrt())
-        .collect::<Vec<_>>()
-        .into_iter()
+    known.filter(|(variance, _)| **variance > 0.0).map(|(v, shape)| q * shape * v.sqrt()).collect()
 }
 
 /// Rates at which a curve changes: the larger of both sides'.
