@@ -155,7 +155,10 @@ impl Search<'_> {
         rest.extend(others.into_iter().map(|a| a.beginnings));
         let refits = found.iter().map(|(refit, _)| refit.clone()).collect();
         let mut refits = self.settled(refits, screened, shown, say)?;
-        if refits.iter().any(|r| r.meets_data(&self.thresholds)) {
+        let is_untried =
+            |(refit, elsewhere): &(Refit, VecDeque<_>)| self.explains_nothing(refit) && !elsewhere.is_empty();
+        let is_more = !rest.is_empty() || found.iter().any(is_untried);
+        if !is_more || refits.iter().any(|r| r.meets_data(&self.thresholds)) {
             return Ok(refits);
         }
         for beginnings in rest {
@@ -209,6 +212,10 @@ impl Search<'_> {
         let most = if self.quick { QUICK_FIRSTS } else { FIRSTS };
         let least = PROMISING * singles.first().map_or(0.0, |best| best.gain);
         singles.iter().filter(|r| r.gain >= least).map(|r| r.members[0]).take(most).collect()
+    }
+
+    fn explains_nothing(&self, refit: &Refit) -> bool {
+        refit.gain < self.thresholds.decisive
     }
 
     fn leaves_noise(&self, refit: &Refit) -> bool {
@@ -327,7 +334,7 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<(), DiagnosisError> {
         for (refit, elsewhere) in found {
-            while refit.gain < self.thresholds.decisive
+            while self.explains_nothing(refit)
                 && let Some(at) = elsewhere.pop_front()
             {
                 if let Some(other) = self.begun(&at, say)?.filter(|other| other.gain > refit.gain) {

@@ -45,8 +45,8 @@ pub fn hats_by_knot(observation: &Observation, cycle: usize, per_decade: f64) ->
 }
 
 /// Value of the hat function that is 1 at its knot and 0 at the next ones.
-fn hat_at(decade: f64, knot: i32) -> f64 {
-    (1.0 - (decade - f64::from(knot)).abs()).max(0.0)
+pub fn hat_at(place: f64, knot: i32) -> f64 {
+    (1.0 - (place - f64::from(knot)).abs()).max(0.0)
 }
 
 /// Sums of the shapes with the same key: what all cycles have in common.

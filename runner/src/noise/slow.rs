@@ -2,6 +2,7 @@
 
 use super::Common;
 use super::correlated::{FEWEST_IN_RECORD, NoiseParts, Record, noise_parts};
+use super::numerical::hat_at;
 use super::observation::Observation;
 use nalgebra::DVector;
 
@@ -52,7 +53,7 @@ pub fn slow_noise(
     let mut fading = DVector::zeros(t.len());
     let mut common = Vec::new();
     for k in (0..=knots).rev() {
-        let hat = |t: &f64| (1.0 - ((t - first) / width_s - f64::from(k)).abs()).max(0.0);
+        let hat = |t: &f64| hat_at((t - first) / width_s, k);
         fading = fading * kept + DVector::from_iterator(t.len(), t.iter().map(hat));
         let new = if k == 0 { 1.0 } else { (1.0 - kept * kept).sqrt() };
         let name = format!("{what} of {}, part {k}", observation.name());
