@@ -5,6 +5,7 @@ use super::screening::Family;
 use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
 use super::thresholds::Thresholds;
+use super::unsure_noise::UnsureNoise;
 use crate::fit::IterationRecord;
 use crate::inference::Setup;
 use crate::inference::effect::Candidate;
@@ -54,7 +55,7 @@ impl Refit {
     #[must_use]
     pub fn beside(self, before: &Fit, (plain, gap): (&Fit, &SomethingElse)) -> Self {
         Self {
-            evidence: self.evidence + before.evidence(&[]) - plain.evidence(&[]),
+            evidence: self.evidence + evidence(before, &[]) - evidence(plain, &[]),
             gain: plain.solution.chi_square - self.fit.misfit(),
             leaves_little: leaves_little(&self.fit, &self.remainder, (plain, gap), self.may_leave),
             ..self
@@ -107,7 +108,7 @@ pub fn refit(
     Ok(Refit {
         members: members.to_vec(),
         alternatives: vec![],
-        evidence: found.evidence(&active) - plain.evidence(&[]),
+        evidence: evidence(&found, &active) - evidence(plain, &[]),
         gain: plain.solution.chi_square - found.misfit(),
         leaves_little: leaves_little(&found, &remainder, (plain, gap), may_leave),
         may_leave,
@@ -117,12 +118,18 @@ pub fn refit(
     })
 }
 
+/// Twice the log evidence of a model, up to what all models of these data share, where the noise has parts of unsure size.
+pub fn evidence(fit: &Fit, active: &[&Candidate]) -> f64 {
+    fit.evidence(active) + UnsureNoise::of(fit).excuse(&fit.linear.residual)
+}
+
 /// Probability under noise of the worst misfit of any phase or time scale, or of the whole chi^2: the smaller of both, family-wise.
 pub fn adequacy(setup: Setup, fit: &Fit) -> f64 {
     let spots = spots(setup.observations, &fit.linear, &fit.covariance);
     let signatures: Vec<_> = spots.iter().map(|s| &s.signature).collect();
     let worst = signatures.iter().map(|s| s.score(&fit.linear.residual).abs()).fold(0.0, f64::max);
-    let local = Family::new(&signatures, &vec![false; signatures.len()], 3).probability(worst);
+    let local =
+        Family::new(&signatures, &vec![false; signatures.len()], &UnsureNoise::of(fit), 3).probability(worst);
     (2.0 * local.min(whole(fit))).min(1.0)
 }
 

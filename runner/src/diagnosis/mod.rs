@@ -4,7 +4,7 @@
 //! 1 ../noise/     how uncertain each difference is; ../inference/ the fits
 //! 2 parity        relations that need no fit
 //! 3 baseline      best fit of the plain model, and its linearisation
-//! 4 location      where it misses, against noise after a refit
+//! 4 location      where it misses, against noise after a refit, of which a part has an unsure size
 //! 5 screening/    which effects would look like that after a refit
 //! 6 confirming    refits with the effects, evidence against each other and against something else
 //! 7 held_out      does an effect that is chosen without some data predict them (nested)
@@ -44,6 +44,7 @@ pub mod summary;
 mod tests;
 pub mod thresholds;
 mod true_force;
+mod unsure_noise;
 pub mod verdict;
 #[cfg(test)]
 mod verdict_tests;

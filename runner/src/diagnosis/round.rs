@@ -6,6 +6,7 @@ use super::location::{Spot, spots};
 use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
+use super::unsure_noise::UnsureNoise;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitPlan, Tangent, chi_squares, fit};
@@ -168,7 +169,7 @@ fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain
         if *one { z } else { z.abs() }
     });
     let largest = counted.fold(0.0, f64::max);
-    (Family::new(&signatures, &one_sided, 2), largest)
+    (Family::new(&signatures, &one_sided, &UnsureNoise::of(plain), 2), largest)
 }
 
 /// Twice the log evidence of an effect from its signature alone.

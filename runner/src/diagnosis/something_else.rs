@@ -5,9 +5,9 @@
 //! `B = P inv(L) hats`. Its evidence against no gap is `a^2 v'(1 + a^2 G)^-1 v - ln det(1 + a^2 G)`, `v = B'y`,
 //! `G = B'B`, averaged over `a`.
 
-use crate::fit::Whitening;
+use super::unsure_noise::UnsureNoise;
 use crate::inference::Linearised;
-use crate::noise::{Observation, hats};
+use crate::noise::{Covariance, Observation, hats};
 use nalgebra::{DMatrix, DVector};
 
 /// Hats per decade of time.
@@ -27,10 +27,10 @@ pub struct SomethingElse {
 }
 
 /// Of the residual of a fit.
-pub fn something_else<W: Whitening>(
+pub fn something_else(
     observations: &[Observation],
     fit: &Linearised,
-    whitening: &W,
+    covariance: &Covariance,
 ) -> SomethingElse {
     let total: usize = observations.iter().map(Observation::len).sum();
     let mut columns: Vec<DVector<f64>> = Vec::new();
@@ -39,35 +39,55 @@ pub fn something_else<W: Whitening>(
         for hat in (0..o.cycles.len()).flat_map(|c| hats(o, c, PER_DECADE)) {
             let mut d = DVector::zeros(total);
             d.rows_mut(before, o.len()).copy_from(&hat);
-            columns.push(fit.signature(whitening, &d).s);
+            columns.push(fit.signature(covariance, &d).s);
         }
         before += o.len();
     }
-    of_columns(&DMatrix::from_columns(&columns), &fit.residual)
+    let (b, y) = (DMatrix::from_columns(&columns), &fit.residual);
+    let found = of_columns(&b, y);
+    let evidence = |square, product: &_| Heights::of(square, product).evidence;
+    let change = UnsureNoise::around(fit, covariance).change_of_evidence(&b, y, &evidence);
+    SomethingElse { evidence: found.evidence + change, ..found }
+}
+
+/// What a residual tells of the columns' heights.
+struct Heights {
+    /// Twice the log evidence.
+    evidence: f64,
+    /// Most likely.
+    heights: DVector<f64>,
+}
+
+impl Heights {
+    /// From the products of the columns with each other and with the residual.
+    fn of(square: DMatrix<f64>, product: &DVector<f64>) -> Self {
+        let eigen = square.symmetric_eigen();
+        let v = eigen.eigenvectors.tr_mul(product);
+        let at = |a: f64| -> f64 {
+            let one = |(g, v): (&f64, &f64)| {
+                let g = g.max(0.0);
+                a * a * v * v / (1.0 + a * a * g) - (a * a * g).ln_1p()
+            };
+            eigen.eigenvalues.iter().zip(v.iter()).map(one).sum()
+        };
+        let all = DEVIATIONS_MN.map(at);
+        let (best, top) = DEVIATIONS_MN
+            .iter()
+            .zip(all)
+            .fold((0.0, f64::NEG_INFINITY), |top, (a, e)| if e > top.1 { (*a, e) } else { top });
+        // ln of the mean, from twice the logarithms.
+        let sum: f64 = all.iter().map(|e| (0.5 * (e - top)).exp()).sum();
+        let evidence = top + 2.0 * (sum / DEVIATIONS_MN.len() as f64).ln();
+        let heights = DVector::from_fn(v.len(), |k, _| {
+            best * best * v[k] / (1.0 + best * best * eigen.eigenvalues[k].max(0.0))
+        });
+        Self { evidence, heights: &eigen.eigenvectors * heights }
+    }
 }
 
 fn of_columns(b: &DMatrix<f64>, y: &DVector<f64>) -> SomethingElse {
-    let eigen = b.tr_mul(b).symmetric_eigen();
-    let v = eigen.eigenvectors.tr_mul(&b.tr_mul(y));
-    let at = |a: f64| -> f64 {
-        let one = |(g, v): (&f64, &f64)| {
-            let g = g.max(0.0);
-            a * a * v * v / (1.0 + a * a * g) - (a * a * g).ln_1p()
-        };
-        eigen.eigenvalues.iter().zip(v.iter()).map(one).sum()
-    };
-    let all = DEVIATIONS_MN.map(at);
-    let (best, top) = DEVIATIONS_MN
-        .iter()
-        .zip(all)
-        .fold((0.0, f64::NEG_INFINITY), |top, (a, e)| if e > top.1 { (*a, e) } else { top });
-    // ln of the mean, from twice the logarithms.
-    let sum: f64 = all.iter().map(|e| (0.5 * (e - top)).exp()).sum();
-    let evidence = top + 2.0 * (sum / DEVIATIONS_MN.len() as f64).ln();
-    let heights = DVector::from_fn(v.len(), |k, _| {
-        best * best * v[k] / (1.0 + best * best * eigen.eigenvalues[k].max(0.0))
-    });
-    let smooth = b * (&eigen.eigenvectors * heights);
+    let Heights { evidence, heights } = Heights::of(b.tr_mul(b), &b.tr_mul(y));
+    let smooth = b * heights;
     SomethingElse { evidence, explained: smooth.norm_squared(), smooth }
 }
 

@@ -5,6 +5,7 @@ use super::location::spots;
 use super::result::*;
 use super::screening::Family;
 use super::something_else::something_else;
+use super::unsure_noise::UnsureNoise;
 use crate::data::Measurement;
 use crate::data::random::Random;
 use crate::fit::Whitening;
@@ -79,7 +80,8 @@ fn significance(observations: &[Observation]) -> (f64, f64) {
     let spots = spots(observations, &fit, &noise.covariance);
     let signatures: Vec<&Signature> = spots.iter().map(|s| &s.signature).collect();
     let largest = signatures.iter().map(|s| s.score(&fit.residual).abs()).fold(0.0, f64::max);
-    let family = Family::new(&signatures, &vec![false; signatures.len()], seed_of(observations));
+    let unsure = UnsureNoise::around(&fit, &noise.covariance);
+    let family = Family::new(&signatures, &vec![false; signatures.len()], &unsure, seed_of(observations));
     (family.probability(largest), something_else(observations, &fit, &noise.covariance).evidence)
 }
 

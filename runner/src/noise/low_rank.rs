@@ -18,14 +18,48 @@ pub struct Common {
     pub relative: bool,
     /// Degrees of freedom that its size was estimated with; infinite where it is known.
     pub degrees: f64,
+    /// What it was estimated together with.
+    pub group: Option<Group>,
     /// Whether it is an error of the model, and no part of what was measured beside the force.
     pub of_model: bool,
+}
+
+/// Errors that are larger or smaller together: their variances are as uncertain as one of these degrees of freedom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Group {
+    /// What they are.
+    pub of: Estimated,
+    /// Degrees of freedom.
+    pub degrees: f64,
+}
+
+/// What specimens tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Estimated {
+    /// Heights of all tests, by the scatter of their specimens.
+    Heights,
+    /// Shapes of the test that begins with this point, by the mean of what their variances may be: the degrees are more than two.
+    Shapes {
+        /// Among the points of all tests.
+        first_point: usize,
+    },
+}
+
+/// Errors of one unknown size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UncertainSize {
+    /// Places among the common errors.
+    pub places: Vec<usize>,
+    /// Degrees of freedom.
+    pub degrees: f64,
+    /// The variance is what is known times this number over a variate of chi^2 of these degrees.
+    pub scale: f64,
 }
 
 impl Common {
     /// An error of known size that is no part of the force.
     pub fn additive(name: String, shape_mn: DVector<f64>) -> Self {
-        Self { name, shape_mn, relative: false, degrees: f64::INFINITY, of_model: false }
+        Self { name, shape_mn, relative: false, degrees: f64::INFINITY, group: None, of_model: false }
     }
 
     /// An error of known size in proportion to the force.
@@ -213,6 +247,22 @@ impl Covariance {
     /// The errors that points share.
     pub fn common(&self) -> &[Common] {
         &self.common
+    }
+
+    /// The common errors whose sizes were estimated together.
+    pub fn uncertain_sizes(&self) -> Vec<UncertainSize> {
+        let mut sizes: Vec<(Group, Vec<usize>)> = Vec::new();
+        for (k, group) in self.common.iter().enumerate().filter_map(|(k, c)| Some((k, c.group?))) {
+            match sizes.iter_mut().find(|(known, _)| *known == group) {
+                Some((_, places)) => places.push(k),
+                None => sizes.push((group, vec![k])),
+            }
+        }
+        let one = |(Group { of, degrees }, places)| {
+            let scale = if of == Estimated::Heights { degrees } else { degrees - 2.0 };
+            UncertainSize { places, degrees, scale }
+        };
+        sizes.into_iter().map(one).collect()
     }
 
     /// Shapes of the common errors (mN), one column each.

@@ -22,13 +22,14 @@ mod spikes;
 mod tests;
 pub mod weights;
 
-pub use low_rank::{Common, Covariance};
+pub use low_rank::{Common, Covariance, UncertainSize};
 pub use numerical::{hats, hats_after_kinks, refinement};
 pub use observation::{Observation, ObservationError};
 pub use specimens::{TestNoise, check};
 pub use weights::{Uncertainty, Weights};
 
 use common_factor::FEWEST_SPECIMENS;
+use low_rank::{Estimated, Group};
 use motion::ZeroOfDepth;
 use nalgebra::DVector;
 use numerical::{contact_errors, slow_errors, timing};
@@ -91,7 +92,10 @@ pub fn noise_model(
     let force = DVector::from_row_slice(reference_mn);
     // What the user weighs by the spread has the heights in it already.
     if weights.uncertainty != Uncertainty::Spread {
-        common.extend(heights(observations, &references, same));
+        let heights = heights(observations, &references, same);
+        // Those of all tests differ in the same way: one variance, of all degrees of freedom.
+        let group = Some(Group { of: Estimated::Heights, degrees: heights.iter().map(|c| c.degrees).sum() });
+        common.extend(heights.into_iter().map(|c| Common { group, ..c }));
         absorbed.extend(shared_height(observations, &force, same));
     }
     let covariance = Covariance::new(white, common).relative_to(force).absorbing(absorbed);
@@ -127,7 +131,13 @@ fn by_test(observations: &[Observation], values: &[f64]) -> Vec<DVector<f64>> {
 fn embed(common: Common, before: usize, total: usize) -> Common {
     let mut shape_mn = DVector::zeros(total);
     shape_mn.rows_mut(before, common.shape_mn.len()).copy_from(&common.shape_mn);
-    Common { shape_mn, ..common }
+    let group = common.group.map(|group| match group.of {
+        Estimated::Shapes { first_point } => {
+            Group { of: Estimated::Shapes { first_point: before + first_point }, ..group }
+        }
+        Estimated::Heights => group,
+    });
+    Common { shape_mn, group, ..common }
 }
 
 /// What the mean of a few specimens leaves unknown of the height of a test (-), and its degrees of freedom.

@@ -3,6 +3,7 @@
 
 use super::Common;
 use super::common_factor::MEDIAN_OVER_MEAN;
+use super::low_rank::{Estimated, Group};
 use super::motion::beside_the_path;
 use super::neighbours::{Differences, White, white_noise};
 use super::numerical::{hats_by_knot, sum_by_key};
@@ -211,10 +212,15 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
     let seen = seen.unwrap_or(White { still: rest_square.sqrt() / spent, clock_s: 0.0 });
     let at = |slope: &f64| (spent * seen.at(*slope)).max(SMALLEST_MN);
     let white_mn = DVector::from_iterator(points, slopes.iter().map(at));
+    let missed_mn = DVector::from_vec(seen.missed_by_kinks(&observation.time_s, force_mn.as_slice()));
     let white = if seen.clock_s > 0.0 { white_mn.norm() / (points as f64).sqrt() } else { at(&0.0) };
     let square: f64 = observation.factors.iter().map(|a| a * a).sum();
+    // What is known before and what n specimens tell, together.
+    let of = Estimated::Shapes { first_point: 0 };
+    let group = Some(Group { of, degrees: (n - 1) as f64 + USUAL_SPECIMENS });
     let named = |(j, shape_mn)| {
-        Common::additive(format!("shapes of the specimens of {}, part {j}", observation.name()), shape_mn)
+        let name = format!("shapes of the specimens of {}, part {j}", observation.name());
+        Common { group, ..Common::additive(name, shape_mn) }
     };
     let mut common: Vec<Common> = (1..).zip(differences(&q, &coefficients, white)).map(named).collect();
     if is_beyond(rest_square, white, degrees) {
@@ -232,7 +238,7 @@ fn from_specimens(observation: &Observation, residuals: &DMatrix<f64>, force_mn:
         100.0 * observation.log_scatter().unwrap_or(0.0)
     );
     TestNoise {
-        white_mn: white_mn / square.sqrt(),
+        white_mn: (white_mn / square.sqrt()).zip_map(&missed_mn, f64::hypot),
         specimen_white_mn: Some(white),
         common,
         slow_mn: None,

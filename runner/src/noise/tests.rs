@@ -124,6 +124,14 @@ fn only_heights_against_each_other_are_errors_of_the_comparison() {
         let other = of(&tests(seed, false, 0.0));
         let found = heights(&other);
         assert!(!other.same_specimens && found.len() == 2 && found.iter().all(|c| c.degrees == 9.0));
+        // One size of both heights, and one of the shapes of each test where these are seen.
+        let sizes = other.covariance.uncertain_sizes();
+        let degrees: Vec<f64> = sizes.iter().map(|s| s.degrees).collect();
+        assert!(degrees.contains(&18.0) && degrees.iter().all(|d| [11.0, 18.0].contains(d)), "{degrees:?}");
+        assert!(
+            sizes.iter().all(|s| (s.degrees == 18.0) == (s.places.len() == 2 && s.scale == 18.0)),
+            "{sizes:?}"
+        );
         // Ten specimens of 12 % scatter: 3.8 % of 9 mN, half of it above and half below in two tests.
         assert!((0.08..0.32).contains(&largest(&found)), "{}", largest(&found));
         let together: f64 = (0..220).map(|i| found[0].shape_mn[i] + found[0].shape_mn[220 + i]).sum();

@@ -1,5 +1,6 @@
 //! Signature algebra against answers known by hand, and the false accusations of noise alone.
 
+use super::super::unsure_noise::UnsureNoise;
 use super::*;
 use crate::data::random::Random;
 use nalgebra::DMatrix;
@@ -125,7 +126,7 @@ fn scores_of_noise_are_standard_normal_and_rarely_accuse() {
     let signatures: Vec<Signature> = model.shapes.iter().map(|d| plain.signature(&White(1.0), d)).collect();
     let all: Vec<&Signature> = signatures.iter().collect();
     let one_sided = [false, true, true, false, false];
-    let threshold = Family::new(&all, &one_sided, 11).threshold(0.05);
+    let threshold = Family::new(&all, &one_sided, &UnsureNoise::default(), 11).threshold(0.05);
     let (cases, mut accused) = (2000, 0);
     let mut squares = vec![0.0; all.len()];
     for seed in 0..cases {
@@ -168,7 +169,7 @@ fn probability_and_threshold_agree() {
     let model = cheap();
     let plain = Linearised::new(model.design.clone(), &DVector::zeros(POINTS + 3));
     let one = plain.signature(&White(1.0), &model.shapes[0]);
-    let family = Family::new(&[&one], &[false], 5);
+    let family = Family::new(&[&one], &[false], &UnsureNoise::default(), 5);
     assert!((family.threshold(0.05) - 1.96).abs() < 0.08, "{}", family.threshold(0.05));
     assert!((family.probability(family.threshold(0.05)) - 0.05).abs() < 0.01);
     assert!(family.probability(50.0) < 1e-3);
