@@ -143,8 +143,8 @@ pub fn decide(e: &Evidence) -> Decision {
         let explained: f64 =
             order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();
         let confidence = (1.0 - explained) * (1.0 - e.probability);
-        if e.is_small && elsewhere < plain {
-            // Not even a smooth error of any shape: the samples scatter more than their noise says, the curve is not elsewhere.
+        if e.is_small && elsewhere < plain + decisive {
+            // Hardly a smooth error of any shape: the samples scatter more than their noise says, or what is elsewhere does not matter.
             return Decision { is_immaterial: true, ..decision(Kind::NoGap, vec![], None, confidence) };
         }
         return decision(Kind::NoneOfThese, vec![], None, confidence);

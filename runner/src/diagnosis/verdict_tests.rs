@@ -161,6 +161,11 @@ fn what_explains_too_little_to_matter_is_accused_only_where_it_predicts() {
     assert_eq!(small(0.8, None), accused);
     let unexplained = |is_small, shape| decide(&Evidence { is_small, ..evidence(&[], 0.0, shape) });
     assert_eq!(unexplained(true, 100.0).kind, Kind::NoneOfThese);
+    // Something else at odds of ten, before its price: enough for a gap that matters only.
+    let Thresholds { decisive, complexity, .. } = Thresholds::default();
+    let weak = 2.0 * (evidence(&[], 0.0, 0.0).rivals as f64).ln() + complexity + 0.8 * decisive;
+    assert_eq!(unexplained(false, weak).kind, Kind::NoneOfThese);
+    assert_eq!((unexplained(true, weak).kind, unexplained(true, weak).is_immaterial), (Kind::NoGap, true));
     let flagrant = |is_small| decide(&Evidence { is_small, is_flagrant: true, ..evidence(&[], 0.0, -5.0) });
     assert_eq!(flagrant(false).kind, Kind::NoneOfThese);
     assert_eq!((flagrant(true).kind, flagrant(true).is_immaterial), (Kind::NoGap, true));
