@@ -23,9 +23,9 @@ pub struct UnsureNoise(Vec<Part>);
 
 /// Squared lengths below this are rounding.
 const ROUNDING: f64 = 1e-10;
-/// Variances that are averaged over, over what they were taken for: from a tenth to a thousand times, by a tenth of a decade.
+/// Variances that are averaged over, over what they were taken for: from a tenth to a thousand times, by a fifth of a decade.
 const LEAST_DECADE: f64 = -1.0;
-const PER_DECADE: usize = 10;
+const PER_DECADE: usize = 5;
 const DECADES: usize = 4;
 
 impl UnsureNoise {
@@ -146,7 +146,7 @@ mod tests {
     }
 
     /// Goal: along a shape of which all variance is uncertain, the density is Student's t. Reference: `statrs`. Tolerance: the average over
-    /// ten sizes a decade.
+    /// five sizes a decade.
     #[test]
     fn along_one_shape_it_is_student_s_t() {
         let noise = unsure(DMatrix::from_column_slice(3, 1, &[0.0, 1.0, 0.0]), 4.0, 4.0);
