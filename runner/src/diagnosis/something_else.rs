@@ -5,7 +5,7 @@
 //! `B = P inv(L) hats`. Its evidence against no gap is `a^2 v'(1 + a^2 G)^-1 v - ln det(1 + a^2 G)`, `v = B'y`,
 //! `G = B'B`, averaged over `a`.
 
-use super::unsure_noise::UnsureNoise;
+use super::unsure_noise::{UnsureNoise, twice_log_sum};
 use crate::inference::Linearised;
 use crate::noise::{Covariance, Observation, hats};
 use nalgebra::{DMatrix, DVector};
@@ -71,13 +71,11 @@ impl Heights {
             eigen.eigenvalues.iter().zip(v.iter()).map(one).sum()
         };
         let all = DEVIATIONS_MN.map(at);
-        let (best, top) = DEVIATIONS_MN
+        let (best, _) = DEVIATIONS_MN
             .iter()
             .zip(all)
             .fold((0.0, f64::NEG_INFINITY), |top, (a, e)| if e > top.1 { (*a, e) } else { top });
-        // ln of the mean, from twice the logarithms.
-        let sum: f64 = all.iter().map(|e| (0.5 * (e - top)).exp()).sum();
-        let evidence = top + 2.0 * (sum / DEVIATIONS_MN.len() as f64).ln();
+        let evidence = twice_log_sum(all.iter().copied()) - 2.0 * (DEVIATIONS_MN.len() as f64).ln();
         let heights = DVector::from_fn(v.len(), |k, _| {
             best * best * v[k] / (1.0 + best * best * eigen.eigenvalues[k].max(0.0))
         });

@@ -116,7 +116,7 @@ fn data_without_a_gap_are_seldom_accused() {
 }
 
 /// Goal: three specimens, which tell little of what they differ by, accuse no more often. Set-up: a zero that wanders as much as white noise
-/// scatters. As if the sizes were known, 40 of 300 such cases pass the gate.
+/// scatters. Bound: that of ten specimens above.
 #[test]
 fn data_of_three_specimens_are_seldom_accused() {
     let cases = 300;

@@ -81,11 +81,11 @@ impl UnsureNoise {
 
     /// Covariances of these whitened unit vectors' scores by each part, with its size.
     pub fn covariances(&self, units: &DMatrix<f64>) -> Vec<(DMatrix<f64>, &UncertainSize)> {
-        let one = |part: &'_ Part| {
-            let along = units.tr_mul(&part.columns);
-            &along * along.transpose()
-        };
-        self.0.iter().map(|part| (one(part), &part.size)).collect()
+        let parts = self.0.iter().map(|Part { columns, size }| {
+            let along = units.tr_mul(columns);
+            (&along * along.transpose(), size)
+        });
+        parts.collect()
     }
 }
 
@@ -114,12 +114,14 @@ impl Part {
                 (prior, prior + twice_log(ratio) + more(ratio))
             })
             .collect();
-        let sum = |which: &dyn Fn(&(f64, f64)) -> f64| {
-            let top = all.iter().map(which).fold(f64::NEG_INFINITY, f64::max);
-            top + 2.0 * all.iter().map(|t| (0.5 * (which(t) - top)).exp()).sum::<f64>().ln()
-        };
-        sum(&|t| t.1) - sum(&|t| t.0)
+        twice_log_sum(all.iter().map(|t| t.1)) - twice_log_sum(all.iter().map(|t| t.0))
     }
+}
+
+/// Twice the log of a sum, from twice the logs of its terms.
+pub fn twice_log_sum(terms: impl Iterator<Item = f64> + Clone) -> f64 {
+    let top = terms.clone().fold(f64::NEG_INFINITY, f64::max);
+    top + 2.0 * terms.map(|t| (0.5 * (t - top)).exp()).sum::<f64>().ln()
 }
 
 /// Part of the variance along a column that is of unknown size.

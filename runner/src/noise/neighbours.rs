@@ -55,10 +55,11 @@ impl White {
     /// `E max(x, 0) = 1 / sqrt(2 pi)` of a normal deviate. No number of records takes that away.
     pub fn missed_by_kinks(&self, time_s: &[f64], values: &[f64]) -> Vec<f64> {
         let slope = |i: usize| (values[i + 1] - values[i]) / (time_s[i + 1] - time_s[i]);
-        let at = |i: usize| match i {
-            0 => 0.0,
-            _ if i + 1 == values.len() => 0.0,
-            _ => self.clock_s * (slope(i) - slope(i - 1)).abs() / std::f64::consts::TAU.sqrt(),
+        let at = |i: usize| {
+            if i == 0 || i + 1 == values.len() {
+                return 0.0;
+            }
+            self.clock_s * (slope(i) - slope(i - 1)).abs() / std::f64::consts::TAU.sqrt()
         };
         (0..values.len()).map(at).collect()
     }
