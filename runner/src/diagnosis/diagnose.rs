@@ -3,7 +3,7 @@
 use super::catalogue::{LeftOut, effects};
 use super::confirming::Refit;
 use super::experiments::{Proposal, proposals, rivals};
-use super::gap::{gap_percent, swing_percent};
+use super::gap::gap_percent;
 use super::held_out::{Split, splits};
 use super::leftover::{Leftover, leftover};
 use super::result::Kind;
@@ -20,7 +20,6 @@ use crate::inference::Setup;
 use crate::inference::Unknowns;
 use crate::inference::effect::{Candidate, Effect};
 use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH};
-use crate::inference::white_residual;
 use crate::inference::{NoiseFailure, noise_at};
 use crate::noise::ObservationError;
 use crate::noise::{NoiseModel, Observation, Weights};
@@ -174,11 +173,6 @@ pub fn diagnose(
     let explained = |r: &Refit| percent(&(&plain.gap_mn - &r.fit.gap_mn));
     let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
     let gap_percent = percent(&plain.gap_mn);
-    // The height of a test's specimens, or an error of the simulation, is no gap.
-    let white_mn = plain.covariance.white_mn();
-    let rest_mn = white_residual(plain).component_mul(white_mn);
-    let beside_known_errors = percent(&rest_mn).max(swing_percent(&observations, &rest_mn, white_mn));
-    let is_small = beside_known_errors < effort.matters_percent;
     let removed = |r: &Refit| {
         let noises_mn = draws_of_noise_mn(r, &observations, &candidates, thresholds.form);
         let surely = |c: &Comparison| c.surely_removes(1.0 - thresholds.rest, &noises_mn);
@@ -186,7 +180,7 @@ pub fn diagnose(
     };
     let decision = decide(&Evidence {
         thresholds,
-        is_small,
+        is_small: round.is_small(effort.matters_percent),
         explained: &explained_of_what_matters,
         removed: &removed,
         probability: round.significance.probability,
@@ -201,7 +195,10 @@ pub fn diagnose(
     });
     // What is told of a difference that does not matter is what explains it, without the samples' noise, or what known errors leave.
     let gap_percent = if decision.is_immaterial {
-        refits.iter().find(|r| r.members == decision.unnamed).map_or(beside_known_errors, explained)
+        refits
+            .iter()
+            .find(|r| r.members == decision.unnamed)
+            .map_or(round.percent_beside_known_errors, explained)
     } else {
         gap_percent
     };

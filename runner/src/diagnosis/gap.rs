@@ -1,5 +1,7 @@
 //! How large a difference between two curves is.
 
+use crate::inference::fit::Fit;
+use crate::inference::white_residual;
 use crate::noise::{Observation, hats_after_kinks};
 use nalgebra::DVector;
 
@@ -13,13 +15,17 @@ pub fn gap_percent(observations: &[Observation], difference_mn: &DVector<f64>) -
 }
 
 /// The same of the mean square beyond that of independent noise (`white_mn`), as its root: what swings has no mean.
-pub fn swing_percent(
-    observations: &[Observation],
-    difference_mn: &DVector<f64>,
-    white_mn: &DVector<f64>,
-) -> f64 {
+fn swing_percent(observations: &[Observation], difference_mn: &DVector<f64>, white_mn: &DVector<f64>) -> f64 {
     let beyond = difference_mn.zip_map(white_mn, |d, w| d * d - w * w);
     largest_mean(observations, &beyond, |mean| mean.max(0.0).sqrt())
+}
+
+/// What known errors - the heights of the specimens, the simulation's - leave of a fit's gap (%), in its mean or, beyond the noise, in its
+/// mean square.
+pub fn percent_beside_known_errors(observations: &[Observation], fit: &Fit) -> f64 {
+    let white_mn = fit.covariance.white_mn();
+    let rest_mn = white_residual(fit).component_mul(white_mn);
+    gap_percent(observations, &rest_mn).max(swing_percent(observations, &rest_mn, white_mn))
 }
 
 /// Largest size of any mean of some values over half a decade, as part of its test's largest force (%).

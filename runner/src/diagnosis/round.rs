@@ -2,6 +2,7 @@
 
 use super::confirming::{Refit, whole};
 use super::diagnose::{DiagnosisError, Effort};
+use super::gap::percent_beside_known_errors;
 use super::location::{Spot, spots};
 use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
@@ -38,6 +39,8 @@ pub struct Round {
     pub significance: Significance,
     /// What a smooth error of any shape explains.
     pub something_else: SomethingElse,
+    /// What known errors leave of the gap: the height of a test's specimens, or an error of the simulation, is none (%).
+    pub percent_beside_known_errors: f64,
     /// Models with effects.
     pub refits: Vec<Refit>,
 }
@@ -50,6 +53,13 @@ pub struct Significance {
     pub probability: f64,
     /// Whether chi^2 alone shows a gap.
     pub flagrant: bool,
+}
+
+impl Round {
+    /// Whether the gap is smaller than what matters.
+    pub fn is_small(&self, matters_percent: f64) -> bool {
+        self.percent_beside_known_errors < matters_percent
+    }
 }
 
 impl Asked<'_> {
@@ -76,7 +86,7 @@ impl Asked<'_> {
                 others,
                 candidates,
                 noise,
-                effort: Effort { quick, evaluations, thresholds, .. },
+                effort: Effort { quick, evaluations, matters_percent, thresholds },
             } = self;
             let y = &round.plain.linear.residual;
             let threshold = round.significance.family.threshold(thresholds.significant);
@@ -101,6 +111,7 @@ impl Asked<'_> {
                 covariance,
                 evaluations,
                 quick,
+                is_small: round.is_small(matters_percent),
                 thresholds,
             };
             round.refits = search.run(&round.screened, &shown, say)?;
@@ -149,7 +160,18 @@ impl Asked<'_> {
         say(format!("largest score {largest:.2}, probability under noise {probability:.4}"));
         let something_else = something_else(observations, &plain.linear, covariance);
         let significance = Significance { family, probability, flagrant };
-        Ok(Round { plain, screened, failed, spots, significance, something_else, refits: vec![] })
+        let percent_beside_known_errors = percent_beside_known_errors(observations, &plain);
+        let refits = vec![];
+        Ok(Round {
+            plain,
+            screened,
+            failed,
+            spots,
+            significance,
+            something_else,
+            percent_beside_known_errors,
+            refits,
+        })
     }
 }
 

@@ -10,7 +10,7 @@
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
 //! the next best, too, until a pair meets the data
-//! -> where none of these explains the gap: quick: all others; what explains nothing from its other starts, too
+//! -> where none of these explains a gap that matters: quick: all others; what explains nothing from its other starts, too
 //! ```
 
 use super::confirming::{Refit, excess, most_left, refit};
@@ -101,6 +101,8 @@ pub struct Search<'a> {
     pub evaluations: usize,
     /// Fewer models.
     pub quick: bool,
+    /// Whether the gap is smaller than what matters.
+    pub is_small: bool,
     /// What decides.
     pub thresholds: Thresholds,
 }
@@ -158,7 +160,8 @@ impl Search<'_> {
         let is_untried =
             |(refit, elsewhere): &(Refit, VecDeque<_>)| self.explains_nothing(refit) && !elsewhere.is_empty();
         let is_more = !rest.is_empty() || found.iter().any(is_untried);
-        if !is_more || refits.iter().any(|r| r.meets_data(&self.thresholds)) {
+        // A small gap that none of these explains is told as such.
+        if !is_more || self.is_small || refits.iter().any(|r| r.meets_data(&self.thresholds)) {
             return Ok(refits);
         }
         for beginnings in rest {

@@ -1,11 +1,12 @@
 //! Register-blocked dense kernels for fronts.
 //!
-//! Plain loops over fixed-size arrays that the compiler vectorises; they are inlined into a function that is
-//! compiled for the machine's vector instructions (`pulp`). Small fronts never leave this file; products that
+//! Plain loops over fixed-size arrays that the compiler vectorises; they are inlined into functions that are
+//! compiled for the machine's vector instructions (`pulp`). Small fronts never leave this module; products that
 //! fill a cache go to faer.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
+use pulp::{Arch, NullaryFnOnce};
 use std::ops::{AddAssign, Mul, MulAssign, Neg, SubAssign};
 
 /// Rows of a tile; borders are padded to whole tiles.
@@ -165,11 +166,11 @@ impl<'a, T: Scalar> Factor<'a, T> {
 }
 
 /// c -= a b: `c` is rows x columns, `a` rows x depth, both by columns with their strides; `packed` holds at least `depth` rows.
-#[inline(always)]
 pub(super) fn subtract_product<T: Scalar>(
-    (c, c_stride): (&mut [T], usize),
+    arch: Arch,
+    c: (&mut [T], usize),
     (rows, columns, depth): (usize, usize, usize),
-    (a, a_stride): (&[T], usize),
+    a: (&[T], usize),
     b: Factor<'_, T>,
     packed: &mut [[T; COLUMNS]],
 ) {
@@ -177,13 +178,32 @@ pub(super) fn subtract_product<T: Scalar>(
         return;
     }
     if rows * columns * depth >= LARGE_PRODUCT {
-        return subtract_large_product((c, c_stride), (rows, columns, depth), (a, a_stride), b);
+        return subtract_large_product(c, (rows, columns, depth), a, b);
     }
-    let packed = &mut packed[..depth];
-    for column in (0..columns).step_by(COLUMNS) {
-        let width = COLUMNS.min(columns - column);
-        b.pack(packed, column, width);
-        subtract_packed((&mut c[column * c_stride..], c_stride), (rows, width), (a, a_stride), packed);
+    arch.dispatch(Product { c, rows, columns, a, b, packed: &mut packed[..depth] });
+}
+
+/// c -= a b of a small product, compiled for the machine's vector instructions in one place: it is long.
+struct Product<'a, T> {
+    c: (&'a mut [T], usize),
+    rows: usize,
+    columns: usize,
+    a: (&'a [T], usize),
+    b: Factor<'a, T>,
+    packed: &'a mut [[T; COLUMNS]],
+}
+
+impl<T: Scalar> NullaryFnOnce for Product<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { c: (c, c_stride), rows, columns, a, b, packed } = self;
+        for column in (0..columns).step_by(COLUMNS) {
+            let width = COLUMNS.min(columns - column);
+            b.pack(packed, column, width);
+            subtract_packed((&mut c[column * c_stride..], c_stride), (rows, width), a, packed);
+        }
     }
 }
 
@@ -217,8 +237,8 @@ fn subtract_large_product<T: Scalar>(
 
 /// x <- x t^-1 for an upper triangular `t` with unit diagonal, or with `inverse_diagonal`; `x` has `height`
 /// rows (whole tiles) and `order` columns.
-#[inline(always)]
 pub(super) fn solve_from_right<T: Scalar>(
+    arch: Arch,
     x: &mut [T],
     (height, order): (usize, usize),
     t: Factor<'_, T>,
@@ -232,31 +252,40 @@ pub(super) fn solve_from_right<T: Scalar>(
         let width = BLOCK.min(order - start);
         let (done, rest) = x.split_at_mut(start * height);
         let above = Factor { values: &t.values[start * t.column_stride..], ..t };
-        subtract_product((rest, height), (height, width, start), (done, height), above, packed);
+        subtract_product(arch, (rest, height), (height, width, start), (done, height), above, packed);
         let corner = Factor { values: &t.values[start * (t.column_stride + t.row_stride)..], ..t };
-        solve_block(rest, (height, width), corner, unit, packed);
+        arch.dispatch(Corner { x: rest, height, order: width, t: corner, unit, packed });
     }
 }
 
-#[inline(always)]
-fn solve_block<T: Scalar>(
-    x: &mut [T],
-    (height, order): (usize, usize),
-    t: Factor<'_, T>,
+/// [`solve_from_right`] for so few columns that they are solved tile by tile.
+struct Corner<'a, T> {
+    x: &'a mut [T],
+    height: usize,
+    order: usize,
+    t: Factor<'a, T>,
     unit: bool,
-    packed: &mut [[T; COLUMNS]],
-) {
-    for column in (0..order).step_by(COLUMNS) {
-        let width = COLUMNS.min(order - column);
-        let packed = &mut packed[..column + width];
-        t.pack(packed, column, width);
-        if unit {
-            for j in 0..width {
-                packed[column + j][j] = T::ONE;
+    packed: &'a mut [[T; COLUMNS]],
+}
+
+impl<T: Scalar> NullaryFnOnce for Corner<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { x, height, order, t, unit, packed } = self;
+        for column in (0..order).step_by(COLUMNS) {
+            let width = COLUMNS.min(order - column);
+            let packed = &mut packed[..column + width];
+            t.pack(packed, column, width);
+            if unit {
+                for j in 0..width {
+                    packed[column + j][j] = T::ONE;
+                }
             }
+            let (done, rest) = x.split_at_mut(column * height);
+            by_width!(width, solve_columns(done, rest, height, packed));
         }
-        let (done, rest) = x.split_at_mut(column * height);
-        by_width!(width, solve_columns(done, rest, height, packed));
     }
 }
 

@@ -55,23 +55,39 @@ impl<T: Scalar> Numeric<T> {
         assert_eq!(values.len(), symbolic.nonzeros, "one value per entry of the pattern");
         let arch = pulp::Arch::new();
         for front in &symbolic.fronts {
-            arch.dispatch(FactoriseFront { numeric: self, symbolic: &symbolic, front, values }).map_err(
+            arch.dispatch(FactorisePivots { numeric: self, symbolic: &symbolic, front, values }).map_err(
                 |column| SingularMatrix { unknown: symbolic.order[front.first + column] as usize },
             )?;
+            self.eliminate(arch, front);
         }
         Ok(())
     }
+
+    /// Eliminates a front's own unknowns, whose pivots are factorised: the rest of its factors, and its contribution.
+    fn eliminate(&mut self, arch: pulp::Arch, front: &Front) {
+        let (own, height, border) = (front.own, front.height, front.border.len());
+        let (pivot, off_diagonal) = self.factors[front.slab.clone()].split_at_mut(front.lower_start());
+        let (lower, upper) = off_diagonal.split_at_mut(height * own);
+        let contribution = &mut self.stacks[front.parity][front.contribution.clone()];
+        let packed = &mut self.packed;
+        let by_columns = Factor { values: &*pivot, row_stride: 1, column_stride: own };
+        let transposed = Factor { values: &*pivot, row_stride: own, column_stride: 1 };
+        solve_from_right(arch, lower, (height, own), by_columns, false, packed);
+        solve_from_right(arch, upper, (height, own), transposed, true, packed);
+        let upper = Factor { values: &*upper, row_stride: height, column_stride: 1 };
+        subtract_product(arch, (contribution, height), (height, border, own), (lower, height), upper, packed);
+    }
 }
 
-/// One front's work, compiled for the machine's vector instructions.
-struct FactoriseFront<'a, T> {
+/// A front's assembly and the factors of its pivots, compiled for the machine's vector instructions.
+struct FactorisePivots<'a, T> {
     numeric: &'a mut Numeric<T>,
     symbolic: &'a Symbolic,
     front: &'a Front,
     values: &'a [f64],
 }
 
-impl<T: Scalar> pulp::NullaryFnOnce for FactoriseFront<'_, T> {
+impl<T: Scalar> pulp::NullaryFnOnce for FactorisePivots<'_, T> {
     type Output = Result<(), usize>;
 
     #[inline(always)]
@@ -98,21 +114,13 @@ impl<T: Scalar> pulp::NullaryFnOnce for FactoriseFront<'_, T> {
             blocks.extend_add(&children_stack[child.contribution.clone()], child.height, to_own, to_border);
         }
 
-        let Blocks { pivot, lower, upper, contribution, .. } = blocks;
-        let packed = &mut numeric.packed;
+        let Blocks { pivot, upper, .. } = blocks;
         let swaps = &mut numeric.swaps[front.first..][..own];
-        lu::factorise(pivot, own, swaps, packed)?;
+        lu::factorise(pivot, own, swaps, &mut numeric.packed)?;
         for (k, &row) in swaps.iter().enumerate().filter(|&(k, &row)| row as usize != k) {
             let (head, tail) = upper.split_at_mut(row as usize * height);
             head[k * height..][..height].swap_with_slice(&mut tail[..height]);
         }
-        let by_columns = Factor { values: &*pivot, row_stride: 1, column_stride: own };
-        let transposed = Factor { values: &*pivot, row_stride: own, column_stride: 1 };
-        solve_from_right(lower, (height, own), by_columns, false, packed);
-        solve_from_right(upper, (height, own), transposed, true, packed);
-        let border = front.border.len();
-        let upper = Factor { values: &*upper, row_stride: height, column_stride: 1 };
-        subtract_product((contribution, height), (height, border, own), (lower, height), upper, packed);
         Ok(())
     }
 }
