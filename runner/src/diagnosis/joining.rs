@@ -1,6 +1,7 @@
 //! Where a refit with a further effect begins.
 
-use super::search::{Promise, Search};
+use super::promise::Promise;
+use super::search::Search;
 use crate::fit::{Bounds, EvaluationFailure, FitError};
 use crate::inference::ForceProblem;
 use crate::inference::effect::{Candidate, is_continuous};

@@ -2,9 +2,10 @@
 
 use super::confirming::Refit;
 use super::diagnose::DiagnosisError;
+use super::promise::{Beginning, Beginnings, PROMISING};
 use super::round::Elsewhere;
 use super::screening::Screened;
-use super::search::{Beginning, Beginnings, PROMISING, Search, keep_better};
+use super::search::{Search, keep_better};
 use std::collections::VecDeque;
 
 /// Effects of different looks that a quick diagnosis refits, and those that look like the best of them.

@@ -30,6 +30,7 @@ pub mod page;
 mod pairs;
 pub mod parity;
 pub mod plain_start;
+mod promise;
 pub mod published;
 pub mod result;
 pub mod round;

@@ -3,8 +3,9 @@
 use super::confirming::Refit;
 use super::diagnose::DiagnosisError;
 use super::looks::QUICK_ALIKE;
+use super::promise::{PROMISING, Promise};
 use super::screening::{Screened, Screening};
-use super::search::{PROMISING, Promise, Search, keep_better};
+use super::search::{Search, keep_better};
 use super::thresholds::Thresholds;
 use crate::fit::EvaluationFailure;
 use crate::inference::Signature;

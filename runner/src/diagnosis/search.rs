@@ -16,6 +16,7 @@
 use super::confirming::{Refit, excess, most_left, refit};
 use super::diagnose::DiagnosisError;
 use super::looks::{Alike, QUICK_ALIKE};
+use super::promise::{Beginning, Beginnings, LargestPromises, PROMISING, Promise, Promised, is_outdone};
 use super::round::{Elsewhere, linear_evidence};
 use super::screening::Screened;
 use super::something_else::SomethingElse;
@@ -27,8 +28,6 @@ use crate::inference::{Linearised, Setup};
 use crate::noise::Covariance;
 use std::collections::VecDeque;
 
-/// A signature is not linear, but what promises less than this part of the largest gain is not the one that gains most.
-pub(super) const PROMISING: f64 = 0.5;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
@@ -39,35 +38,6 @@ const NO_ANSWER: f64 = 2.0;
 /// So many single effects are tried as the first of a pair until one of the pairs meets the data.
 const QUICK_FIRSTS: usize = 3;
 const FIRSTS: usize = 5;
-
-/// What an effect would do for a fit, by its signature.
-#[derive(Clone)]
-pub(super) struct Promise {
-    pub candidate: usize,
-    pub magnitude: f64,
-    /// Fall of chi^2.
-    pub gain: f64,
-    /// Twice the logarithm of the evidence.
-    pub evidence: f64,
-    /// Change of the fit's variables with the magnitude (of a switch, with it).
-    pub giving_way: Vec<f64>,
-}
-
-/// What an effect promises, and the parameters around which it does.
-#[derive(Clone)]
-pub(super) struct Beginning<'a> {
-    pub promise: Promise,
-    /// Number of effects that promise more there.
-    rank: usize,
-    /// Whether that is the plain model's fit.
-    is_at_fit: bool,
-    x: &'a [f64],
-    /// chi^2 of the plain model there.
-    chi_square: f64,
-}
-
-/// Where an effect's refit may begin, the best place first.
-pub(super) type Beginnings<'a> = Vec<Beginning<'a>>;
 
 /// The best so far.
 fn leader<'a>(found: &'a [(Refit, VecDeque<Beginning>)]) -> Option<&'a Refit> {
@@ -120,10 +90,13 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
         let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
-        let (first, mut alike, mut rest) = self.by_looks(self.beginnings(shown), shown);
+        let all = self.beginnings(shown);
+        let promised: Promised =
+            all.iter().map(|b| (b[0].promise.candidate, LargestPromises::of(b))).collect();
+        let (first, mut alike, mut rest) = self.by_looks(all, shown);
         let mut outdone = Vec::new();
         for beginnings in first {
-            if self.is_outdone(&beginnings, &found) {
+            if self.is_outdone(beginnings[0].promise.candidate, &promised, &found) {
                 outdone.push(beginnings);
             } else {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
@@ -264,13 +237,19 @@ impl Search<'_> {
         Depth::Below((points + NO_ANSWER * rest).max(MISSES_DATA * points))
     }
 
-    /// Whether another effect has gained much more than this one promises, wherever it begins; where that one leaves noise, at the plain
-    /// fit: far from it most of what is promised is what the plain model explains as well.
-    fn is_outdone(&self, beginnings: &Beginnings, found: &[(Refit, VecDeque<Beginning>)]) -> bool {
+    /// Whether another effect has outdone this one, wherever they begin; where that one leaves noise, at the plain fit: far from it most
+    /// of what is promised is what the plain model explains as well.
+    fn is_outdone(
+        &self,
+        candidate: usize,
+        promised: &Promised,
+        found: &[(Refit, VecDeque<Beginning>)],
+    ) -> bool {
         let leaves_noise = leader(found).is_some_and(|best| self.leaves_noise(best));
-        let counts = |b: &&Beginning| b.is_at_fit || !leaves_noise;
-        let promised = beginnings.iter().filter(counts).map(|b| b.promise.gain).fold(0.0, f64::max);
-        self.quick && found.iter().any(|(refit, _)| promised < PROMISING * refit.gain)
+        let of =
+            |k: usize| promised.get(&k).map_or(0.0, |p| if leaves_noise { p.at_fit } else { p.anywhere });
+        let others = found.iter().map(|(refit, _)| (of(refit.members[0]), refit.gain));
+        self.quick && is_outdone(of(candidate), others)
     }
 
     /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,
