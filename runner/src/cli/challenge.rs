@@ -76,7 +76,7 @@ pub struct Answer {
     /// Folder of the cases
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Screening, and refits of the effects that promise most only, by runs whose steps are no more accurate than the mesh
+    /// Screening, and refits of the effects that promise most only
     #[arg(long)]
     quick: bool,
     /// Largest number of evaluations of each fit

@@ -25,7 +25,6 @@ use crate::fit::{EvaluationFailure, FitError};
 use crate::inference::Setup;
 use crate::inference::effect::Effect;
 use crate::inference::fit::FitFailure;
-use crate::inference::refinement::AS_ACCURATE_AS_MESH;
 use crate::inference::{Requests, Unknowns};
 use crate::inspection::{Options, examine};
 use crate::noise::observation::observe;
@@ -34,7 +33,6 @@ use crate::pool::{Job, Priority, RunFailure};
 use crate::setting::{settings_from, written};
 use clap::{Args, ValueHint};
 use poropunch::motion::protocol::{ProtocolError, Trapezoid};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -52,7 +50,7 @@ pub struct Arguments {
     /// Go on with the diagnosis of the --out directory as it was begun: finished runs are not repeated
     #[arg(long, conflicts_with = "published")]
     pub(super) resume: bool,
-    /// Screening, and refits of the effects that promise most only, by runs whose steps are no more accurate than the mesh
+    /// Screening, and refits of the effects that promise most only
     #[arg(long)]
     pub(super) quick: bool,
     /// Tell every step on stderr, with the time since the start
@@ -199,13 +197,6 @@ pub fn diagnosis_of(
         others.push(of(&requests)?.start().to_vec());
         requests.defaults = told;
     }
-    let mut chosen: BTreeMap<String, f64> = BTreeMap::new();
-    if arguments.quick && engine.is_own() {
-        let given = settings_from(engine.wiring(), &requests.set)?;
-        let open = AS_ACCURATE_AS_MESH.into_iter().filter(|(name, _)| !given.contains_key(*name));
-        chosen.extend(open.map(|(name, value)| (name.to_owned(), value)));
-    }
-    requests.defaults.fixed.extend(chosen.clone());
     // Without the effect its parameter has the value that was declared.
     requests.set.extend(declared.iter().map(|d| written(engine.wiring(), &d.parameter, d.null)));
     let unknowns = of(&requests)?;
@@ -246,7 +237,6 @@ pub fn diagnosis_of(
     let mut diagnosis = summary(&found, &about);
     let fitted: Vec<&str> = unknowns.free().iter().map(|p| p.name.as_str()).collect();
     diagnosis.assumptions = assumed::of(&engine, unknowns.fixed(), &fitted);
-    diagnosis.assumptions.iter_mut().for_each(|a| a.given &= !chosen.contains_key(&a.name));
     diagnosis.warnings.splice(0..0, doubts);
     diagnosis.warnings.splice(0..0, assumption::geometry_warning(&diagnosis.assumptions));
     Ok(Some(diagnosis))

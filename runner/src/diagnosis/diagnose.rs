@@ -127,7 +127,8 @@ pub fn diagnose(
     let (mut effects, left_out) = effects(engine.wiring(), Size::of(setup));
     effects.extend_from_slice(declared);
     let candidates = Candidate::of(&effects, &names);
-    let asked = |noise| Asked { setup, others, candidates: &candidates, noise, effort };
+    let effect_count = effects.len();
+    let asked = |noise| Asked { setup, others, candidates: &candidates, rivals: effect_count, noise, effort };
     // The error of the simulation is that of the fitted material, which the start may be far from.
     let rough = noise_at(setup, unknowns.start(), &weights, false)?;
     let mut start = asked(&rough).plain(unknowns.start(), Depth::Rough, say)?;
@@ -185,7 +186,7 @@ pub fn diagnose(
         removed: &removed,
         probability: round.significance.probability,
         is_flagrant: round.significance.flagrant,
-        rivals: effects.len(),
+        rivals: effect_count,
         refits,
         something_else: round.something_else.evidence,
         alike: &alike,

@@ -8,6 +8,7 @@ use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
 use super::unsure_noise::UnsureNoise;
+use super::verdict::{is_told_of_a_small_gap, weight_of_something_else};
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitPlan, Tangent, chi_squares, fit};
@@ -21,6 +22,8 @@ pub(super) struct Asked<'a> {
     /// Where fits with effects start, besides the plain fit.
     pub others: &'a [Vec<f64>],
     pub candidates: &'a [Candidate],
+    /// Number of effects that they are forms of.
+    pub rivals: usize,
     pub noise: &'a NoiseModel,
     pub effort: Effort,
 }
@@ -85,6 +88,7 @@ impl Asked<'_> {
                 setup,
                 others,
                 candidates,
+                rivals,
                 noise,
                 effort: Effort { quick, evaluations, matters_percent, thresholds },
             } = self;
@@ -102,6 +106,7 @@ impl Asked<'_> {
             };
             let shown: Vec<&Screened> = round.screened.iter().filter(may_show).collect();
             let elsewhere = &elsewhere;
+            let elsewhere_weight = weight_of_something_else(gap.evidence, &thresholds);
             let search = Search {
                 setup,
                 elsewhere,
@@ -111,7 +116,8 @@ impl Asked<'_> {
                 covariance,
                 evaluations,
                 quick,
-                is_small: round.is_small(matters_percent),
+                is_negligible: round.is_small(matters_percent)
+                    && !is_told_of_a_small_gap(elsewhere_weight, rivals, &thresholds),
                 thresholds,
             };
             round.refits = search.run(&round.screened, &shown, say)?;

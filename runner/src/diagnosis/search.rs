@@ -16,7 +16,7 @@
 use super::confirming::{Refit, excess, most_left, refit};
 use super::diagnose::DiagnosisError;
 use super::looks::{Alike, QUICK_ALIKE};
-use super::promise::{Beginning, Beginnings, LargestPromises, PROMISING, Promise, Promised, is_outdone};
+use super::promise::{Beginning, Beginnings, PROMISING, Promise};
 use super::round::{Elsewhere, linear_evidence};
 use super::screening::Screened;
 use super::something_else::SomethingElse;
@@ -71,8 +71,8 @@ pub struct Search<'a> {
     pub evaluations: usize,
     /// Fewer models.
     pub quick: bool,
-    /// Whether the gap is smaller than what matters.
-    pub is_small: bool,
+    /// Whether a gap that no effect explains is told as one that does not matter.
+    pub is_negligible: bool,
     /// What decides.
     pub thresholds: Thresholds,
 }
@@ -90,13 +90,10 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
         let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
-        let all = self.beginnings(shown);
-        let promised: Promised =
-            all.iter().map(|b| (b[0].promise.candidate, LargestPromises::of(b))).collect();
-        let (first, mut alike, mut rest) = self.by_looks(all, shown);
+        let (first, mut alike, mut rest) = self.by_looks(self.beginnings(shown), shown);
         let mut outdone = Vec::new();
         for beginnings in first {
-            if self.is_outdone(beginnings[0].promise.candidate, &promised, &found) {
+            if self.is_outdone(&beginnings, &found) {
                 outdone.push(beginnings);
             } else {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
@@ -133,8 +130,7 @@ impl Search<'_> {
         let is_untried =
             |(refit, elsewhere): &(Refit, VecDeque<_>)| self.explains_nothing(refit) && !elsewhere.is_empty();
         let is_more = !rest.is_empty() || found.iter().any(is_untried);
-        // A small gap that none of these explains is told as such.
-        if !is_more || self.is_small || refits.iter().any(|r| r.meets_data(&self.thresholds)) {
+        if !is_more || self.is_negligible || refits.iter().any(|r| r.meets_data(&self.thresholds)) {
             return Ok(refits);
         }
         for beginnings in rest {
@@ -237,19 +233,13 @@ impl Search<'_> {
         Depth::Below((points + NO_ANSWER * rest).max(MISSES_DATA * points))
     }
 
-    /// Whether another effect has outdone this one, wherever they begin; where that one leaves noise, at the plain fit: far from it most
-    /// of what is promised is what the plain model explains as well.
-    fn is_outdone(
-        &self,
-        candidate: usize,
-        promised: &Promised,
-        found: &[(Refit, VecDeque<Beginning>)],
-    ) -> bool {
+    /// Whether another effect has gained much more than this one promises, wherever it begins; where that one leaves noise, at the plain
+    /// fit: far from it most of what is promised is what the plain model explains as well.
+    fn is_outdone(&self, beginnings: &Beginnings, found: &[(Refit, VecDeque<Beginning>)]) -> bool {
         let leaves_noise = leader(found).is_some_and(|best| self.leaves_noise(best));
-        let of =
-            |k: usize| promised.get(&k).map_or(0.0, |p| if leaves_noise { p.at_fit } else { p.anywhere });
-        let others = found.iter().map(|(refit, _)| (of(refit.members[0]), refit.gain));
-        self.quick && is_outdone(of(candidate), others)
+        let counts = |b: &&Beginning| b.is_at_fit || !leaves_noise;
+        let promised = beginnings.iter().filter(counts).map(|b| b.promise.gain).fold(0.0, f64::max);
+        self.quick && found.iter().any(|(refit, _)| promised < PROMISING * refit.gain)
     }
 
     /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,

@@ -86,6 +86,22 @@ fn add_distinct(
     }
 }
 
+/// Twice the log of the plain model's prior odds to one of so many effects: half of all cases have no gap before anything is measured; the
+/// other half is shared by the effects.
+fn weight_of_no_gap(rivals: usize) -> f64 {
+    2.0 * (rivals.max(1) as f64).ln()
+}
+
+/// Twice the log of what something outside the catalogue weighs by its evidence.
+pub fn weight_of_something_else(evidence: f64, thresholds: &Thresholds) -> f64 {
+    evidence - thresholds.complexity
+}
+
+/// Whether something outside the catalogue that weighs so much is told of a gap that is smaller than what matters.
+pub fn is_told_of_a_small_gap(something_else: f64, rivals: usize, thresholds: &Thresholds) -> bool {
+    something_else >= weight_of_no_gap(rivals) + thresholds.decisive
+}
+
 /// Decides.
 pub fn decide(e: &Evidence) -> Decision {
     let Thresholds { significant, decisive, complexity, immaterial, .. } = e.thresholds;
@@ -95,10 +111,9 @@ pub fn decide(e: &Evidence) -> Decision {
     let adequate =
         weights.iter().zip(e.refits).filter(|(_, r)| r.leaves_noise(significant) && r.members.len() == 1);
     let bound = adequate.map(|(w, _)| *w).reduce(f64::max).unwrap_or(f64::INFINITY);
-    let elsewhere = bound.min(e.something_else - complexity);
+    let elsewhere = bound.min(weight_of_something_else(e.something_else, &e.thresholds));
     weights.push(elsewhere);
-    // Half of all cases have no gap before anything is measured; the other half is shared by the effects.
-    let plain = 2.0 * (e.rivals.max(1) as f64).ln();
+    let plain = weight_of_no_gap(e.rivals);
     weights.push(plain);
     let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let shares: Vec<f64> = weights.iter().map(|w| (0.5 * (w - top)).exp()).collect();
@@ -143,7 +158,7 @@ pub fn decide(e: &Evidence) -> Decision {
         let explained: f64 =
             order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();
         let confidence = (1.0 - explained) * (1.0 - e.probability);
-        if e.is_small && elsewhere < plain + decisive {
+        if e.is_small && !is_told_of_a_small_gap(elsewhere, e.rivals, &e.thresholds) {
             // Hardly a smooth error of any shape: the samples scatter more than their noise says, or what is elsewhere does not matter.
             return Decision { is_immaterial: true, ..decision(Kind::NoGap, vec![], None, confidence) };
         }

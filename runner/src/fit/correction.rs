@@ -1,6 +1,5 @@
 //! Steps that are led back to the floor of a valley that bends.
 
-use super::options::Options;
 use super::problem::{EvaluationFailure, Problem};
 use super::solution::StopReason;
 use super::step::{ScaledModel, Step};
@@ -39,8 +38,8 @@ pub(super) struct Correction<'a> {
     pub is_straight: bool,
     /// Where it starts.
     pub here: &'a Point,
-    /// Limits of the whole fit.
-    pub options: &'a Options,
+    /// Evaluations of the whole fit at most.
+    pub most_evaluations: usize,
 }
 
 impl Correction<'_> {
@@ -56,14 +55,9 @@ impl Correction<'_> {
     ) -> Result<Trial, StopReason> {
         let (here, straight) = (self.here, &self.step.p_scaled);
         let mut path = straight.clone();
-        let is_worth_it = self.step.predicted >= self.options.correction_tolerance * here.cost;
         for _ in 0..MOST {
             let is_poor = agreement(here.cost - trial.cost, self.step.predicted) < POOR;
-            if !is_poor
-                || !is_worth_it
-                || !self.is_straight
-                || log.evaluations >= self.options.max_evaluations
-            {
+            if !is_poor || !self.is_straight || log.evaluations >= self.most_evaluations {
                 break;
             }
             let turned = self.model.turned(self.solver, (straight, &path), (&here.f, &trial.f));

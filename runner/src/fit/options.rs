@@ -22,9 +22,6 @@ pub struct Options {
     /// Once a longer step was rejected, stop where a shorter one promises, or has made, a smaller change of chi^2 than this fraction: noise of
     /// the residuals, such as steps of an adaptive solver that come and go, would have the region shrink until it vanishes.
     pub noise_tolerance: f64,
-    /// A step that was to lower chi^2 by a smaller part than this is not led back to the floor of a valley that bends: that costs an evaluation
-    /// or more.
-    pub correction_tolerance: f64,
     /// Stop when a step is shorter than this fraction of |x|.
     pub step_tolerance: f64,
     /// Largest number of residual evaluations (those inside a Jacobian are not counted).
@@ -47,7 +44,6 @@ impl Default for Options {
             chi_square_tolerance: 1e-8,
             foreseen_tolerance: 0.0,
             noise_tolerance: 1e-8,
-            correction_tolerance: 0.0,
             step_tolerance: 1e-8,
             max_evaluations: 200,
             max_consecutive_failures: 8,

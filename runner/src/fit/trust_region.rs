@@ -184,7 +184,7 @@ fn iterate<P: Problem + ?Sized>(
             step: &step,
             is_straight: step.p_scaled == p_h,
             here: point,
-            options,
+            most_evaluations: options.max_evaluations,
         };
         let trial = match correction.lead(problem, trial, log) {
             Ok(trial) => trial,

@@ -52,8 +52,6 @@ const SETTLED: f64 = 0.1;
 pub const ROUGH: f64 = 3e-2;
 /// An iteration that is expected to lower chi^2 by less than this part of it is not made in a rough fit, nor a step shorter than one that was rejected.
 const ROUGH_FORESEEN: f64 = 3e-3;
-/// A step that was to lower chi^2 by less than this is not led back to a valley's floor.
-const WORTH_CORRECTING: f64 = 1.0;
 /// A Jacobian is not more accurate than this part of its largest singular value: by finite differences, and from the FMU's
 /// derivatives.
 const JACOBIAN_ACCURACY: [f64; 2] = [1e-4, 1e-6];
@@ -242,11 +240,8 @@ pub fn fit(
         observe(record);
         setup.engine.going_on()
     };
-    let points = setup.measured_mn().len().max(1) as f64;
-    let settled =
-        Options { correction_tolerance: WORTH_CORRECTING / points, ..options(setup, plan.evaluations) };
+    let settled = options(setup, plan.evaluations);
     let rough = Options {
-        correction_tolerance: ROUGH,
         chi_square_tolerance: ROUGH.max(settled.chi_square_tolerance),
         foreseen_tolerance: ROUGH_FORESEEN.max(settled.foreseen_tolerance),
         noise_tolerance: ROUGH_FORESEEN.max(settled.noise_tolerance),

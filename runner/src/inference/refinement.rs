@@ -13,9 +13,6 @@ use thiserror::Error;
 
 const PRESET: &str = "mesh.preset";
 const TOLERANCE: &str = "solver.tolerance";
-/// Steps and residuals that are as accurate as the coarse and the standard mesh, of poropunch's own FMU: an error of 0.06 % of the peak
-/// (root mean square) beside the mesh's 0.19 %, for two thirds of the cost that its defaults have, which leave 0.02 %.
-pub const AS_ACCURATE_AS_MESH: [(&str, f64); 2] = [(TOLERANCE, 2e-3), ("solver.newton_tolerance", 1e-7)];
 /// The coarsest preset.
 const COARSEST: f64 = 1.0;
 /// A tolerance ten times smaller leaves a negligible error.
