@@ -10,7 +10,8 @@
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
 //! the next best, too, until a pair meets the data
-//! -> where none of these explains a gap that matters: quick: all others; what explains nothing from its other starts, too
+//! -> where none of these explains the gap, unless that is then told as one that does not matter: quick: all others; what explains nothing
+//! from its other starts, too
 //! ```
 
 use super::confirming::{Refit, excess, most_left, refit};
