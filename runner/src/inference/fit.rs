@@ -12,7 +12,7 @@ use super::effect::Candidate;
 use super::jacobian_load::JacobianLoad;
 use super::linearised::Linearised;
 use super::problem::ForceProblem;
-use super::rough::Twin;
+use super::rough::{self, Twin};
 use super::setup::Setup;
 use crate::fit::{
     EvaluationFailure, FitError, IterationRecord, Options, Prior, Problem, SharedErrors, Solution,
@@ -87,6 +87,17 @@ pub enum Depth {
     Below(f64),
     /// To its minimum.
     Minimum,
+}
+
+impl Depth {
+    /// Whether a rough fit with this chi^2 is carried to its minimum.
+    fn goes_on(self, rough_chi_square: f64) -> bool {
+        match self {
+            Self::Rough => false,
+            Self::Below(chi_square) => rough_chi_square < chi_square,
+            Self::Minimum => true,
+        }
+    }
 }
 
 /// How a search from several starts is made.
@@ -235,11 +246,6 @@ pub fn fit(
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Fit, FitFailure> {
     let bounds = ForceProblem::new(setup, active).bounds()?;
-    let mut problem = problem(setup, active, covariance);
-    let mut watch = |record: &IterationRecord| {
-        observe(record);
-        setup.engine.going_on()
-    };
     let settled = options(setup, plan.evaluations);
     let rough = Options {
         chi_square_tolerance: ROUGH.max(settled.chi_square_tolerance),
@@ -247,21 +253,44 @@ pub fn fit(
         noise_tolerance: ROUGH_FORESEEN.max(settled.noise_tolerance),
         ..settled.clone()
     };
-    let mut from = |start: &[f64], options: &Options| {
-        let found = minimise(&mut problem, start, &bounds, options, &mut watch);
+    let tolerances = |to_minimum: bool| if to_minimum { &settled } else { &rough };
+    let mut problem = problem(setup, active, covariance);
+    let mut watch = |record: &IterationRecord| {
+        observe(record);
+        setup.engine.going_on()
+    };
+    let mut from = |start: &[f64], to_minimum: bool| {
+        let found = minimise(&mut problem, start, &bounds, tolerances(to_minimum), &mut watch);
         if setup.engine.is_stopped() {
             return Err(FitFailure::from(EvaluationFailure::Interrupted));
         }
-        Ok(found?)
+        Ok((found?, to_minimum))
     };
-    let mut solution = from(&plan.start, &rough)?;
-    let is_at_minimum = match plan.depth {
-        Depth::Rough => false,
-        Depth::Below(chi_square) => solution.chi_square < chi_square,
-        Depth::Minimum => true,
+    // A rougher model leads near to the end, where there is one and it leads anywhere.
+    let lead = |start: &[f64], to_minimum: bool| {
+        rough::lead(setup, active, covariance, (start, &bounds), tolerances(to_minimum))
     };
-    if is_at_minimum {
-        solution = from(&solution.x, &settled)?;
+    let depth = plan.depth;
+    let mut found = None;
+    if let Some(mut led) = lead(&plan.start, depth == Depth::Minimum)? {
+        let to_minimum = depth.goes_on(led.chi_square);
+        if to_minimum && depth != Depth::Minimum {
+            led.x = lead(&led.x, true)?.map_or(led.x, |further| further.x);
+        }
+        match from(&led.x, to_minimum) {
+            Ok((solution, at)) if solution.chi_square <= led.chi_square_before => {
+                found = Some((solution, at))
+            }
+            Ok(_) | Err(FitFailure::Fit(FitError::StartFailed(_))) => {}
+            Err(other) => return Err(other),
+        }
+    }
+    let (mut solution, mut is_at_minimum) = match found {
+        Some(found) => found,
+        None => from(&plan.start, false)?,
+    };
+    if !is_at_minimum && depth.goes_on(solution.chi_square) {
+        (solution, is_at_minimum) = from(&solution.x, true)?;
     }
     Ok(Fit { is_at_minimum, ..Fit::at(setup, active, covariance, solution)? })
 }

@@ -122,7 +122,8 @@ impl<'a> ForceProblem<'a> {
         (parameters, free.chain(self.on.iter().map(|c| (*c, 1.0))).collect())
     }
 
-    fn submit(&self, x: &[f64], derivatives: bool, priority: Priority) -> Vec<Run> {
+    /// Starts the runs of a point.
+    pub fn submit(&self, x: &[f64], derivatives: bool, priority: Priority) -> Vec<Run> {
         let (parameters, active) = self.split(x);
         self.setup.submit(parameters, &active, derivatives, priority)
     }
