@@ -12,7 +12,7 @@ use crate::diagnosis::gap::gap_percent;
 use crate::diagnosis::plain_start::plain_starts;
 use crate::engine::Engine;
 use crate::fit::{FitError, Problem as _, Whitening as _};
-use crate::inference::fit::{Fit, FitFailure, linearised, refit};
+use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, fit, linearised};
 use crate::inference::requests::Defaults;
 use crate::inference::{ForceProblem, Requests, Setup, Unknowns};
 use crate::noise::observation::observe;
@@ -116,7 +116,8 @@ fn refitted(
     let score = |fit: &Fit| covariance.apply(&fit.gap_mn).norm();
     let mut found: Option<Fit> = None;
     for start in starts {
-        let other = match refit(setup, covariance, start, EVALUATIONS) {
+        let plan = FitPlan { start: start.clone(), evaluations: EVALUATIONS, depth: Depth::Minimum };
+        let other = match fit(setup, &[], covariance, &plan, &mut |_| ()) {
             // The truth can be computed; another start need not.
             Err(FitFailure::Fit(FitError::StartFailed(_))) if found.is_some() => continue,
             other => other?,

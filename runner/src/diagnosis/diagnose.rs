@@ -15,11 +15,11 @@ use super::thresholds::Thresholds;
 use super::true_force::draws_of_noise_mn;
 use super::verdict::{Decision, Evidence, decide};
 use crate::engine::Engine;
-use crate::fit::{EvaluationFailure, FitError};
+use crate::fit::EvaluationFailure;
 use crate::inference::Setup;
 use crate::inference::Unknowns;
 use crate::inference::effect::{Candidate, Effect};
-use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH};
+use crate::inference::fit::{Fit, FitFailure, ROUGH};
 use crate::inference::{NoiseFailure, noise_at};
 use crate::noise::ObservationError;
 use crate::noise::{NoiseModel, Observation, Weights};
@@ -131,26 +131,30 @@ pub fn diagnose(
     let asked = |noise| Asked { setup, others, candidates: &candidates, rivals: effect_count, noise, effort };
     // The error of the simulation is that of the fitted material, which the start may be far from.
     let rough = noise_at(setup, unknowns.start(), &weights, false)?;
-    let mut start = asked(&rough).plain(unknowns.start(), Depth::Rough, say)?;
-    for other in others {
-        if start.solution.chi_square > MEETS * start.gap_mn.len() as f64 {
-            let found = computed(asked(&rough).plain(other, Depth::Rough, say))?;
-            if let Some(found) = found.filter(|f| f.solution.chi_square < start.solution.chi_square) {
-                start = found;
-            }
+    let points: usize = observations.iter().map(|o| o.time_s.len()).sum();
+    let mut least = f64::INFINITY;
+    let mut start = unknowns.start().to_vec();
+    for from in std::iter::once(unknowns.start()).chain(others.iter().map(Vec::as_slice)) {
+        if least <= MEETS * points as f64 {
+            break;
+        }
+        if let Some((end, chi_square)) = asked(&rough).plain_end(from, say)?
+            && chi_square < least
+        {
+            (start, least) = (end, chi_square);
         }
     }
-    let noise = noise_at(setup, start.x(), &weights, true)?;
+    let noise = noise_at(setup, &start, &weights, true)?;
     let asked = asked(&noise);
-    let plain = asked.plain(start.x(), Depth::Minimum, say)?;
+    let plain = asked.plain(&start, say)?;
     let mut round = asked.round(plain, say)?;
     // The plain model has to be fitted as well as its rivals are: from where the best of them ended, too. What is lower by a small part
     // of what that effect gained changes no answer.
     if let Some(leader) = round.refits.first() {
         let lower = round.plain.solution.chi_square - LOWER.max(ROUGH * leader.gain);
-        let again = computed(asked.plain(leader.fit.x(), Depth::Rough, say))?;
-        if let Some(again) = again.filter(|again| again.foreseen() < lower) {
-            let again = asked.plain(again.x(), Depth::Minimum, say)?;
+        let end = asked.plain_end(leader.fit.x(), say)?;
+        if let Some((end, _)) = end.filter(|(_, chi_square)| *chi_square < lower) {
+            let again = asked.plain(&end, say)?;
             if again.solution.chi_square < lower {
                 round = asked.round_again(round, again, say)?;
             }
@@ -225,14 +229,6 @@ pub fn diagnose(
 const MEETS: f64 = 1.1;
 /// A plain fit with a chi^2 that is lower by this is another one: an effect would be worth as much.
 const LOWER: f64 = 1.0;
-
-/// A fit; none where the model fails at its start.
-fn computed(fit: Result<Fit, DiagnosisError>) -> Result<Option<Fit>, DiagnosisError> {
-    match fit {
-        Err(DiagnosisError::Baseline(FitFailure::Fit(FitError::StartFailed(_)))) => Ok(None),
-        other => other.map(Some),
-    }
-}
 
 /// The tests as far as the model can follow them: the whole motion, or the first loading and its hold.
 fn computable(

@@ -10,6 +10,7 @@ use crate::data::random::Random;
 use crate::fit::{EvaluationFailure, Problem, Whitening};
 use crate::inference::effect::{Candidate, Place, is_continuous};
 use crate::inference::fit::{FitFailure, least_chi_square};
+use crate::inference::rough::Twin;
 use crate::inference::{ForceProblem, Linearised, Setup, Unknowns};
 use crate::noise::{NoiseModel, Observation, Weights, noise_model};
 use nalgebra::DVector;
@@ -201,6 +202,10 @@ fn value(
     let white_mn = white_mn(noise);
     let Some(silent) = test.silent(white_mn) else { return Ok(None) };
     let there = Setup { observations: &silent, unknowns: &unknowns, ..setup };
+    // What the explanations differ by is the same by a rougher model.
+    let every: Vec<&Candidate> = rivals.iter().flat_map(|rival| rival.active(candidates)).collect();
+    let twin = Twin::leading(there, &every);
+    let there = twin.as_ref().map_or(there, |twin| twin.setup(there));
     // Forces (mN) and their derivatives, each explanation's.
     let mut all = Vec::new();
     for rival in rivals {

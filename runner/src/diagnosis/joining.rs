@@ -6,6 +6,7 @@ use crate::fit::{Bounds, EvaluationFailure, FitError};
 use crate::inference::ForceProblem;
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::chi_squares;
+use crate::inference::rough::{Twin, leading_at};
 
 /// An effect whose expected magnitude does harm begins at this part of it, and at this part of that, ...
 const GENTLER: f64 = 0.25;
@@ -50,12 +51,15 @@ impl Search<'_> {
         };
         let given = |give: f64| x.iter().zip(&promise.giving_way).map(move |(x, slope)| x + give * slope);
         let beside = |part: f64, give: f64| inside(&bounds, given(give).chain(magnitude.map(|_| size(part))));
+        let twin = leading_at(self.setup, &self.active(present), x)?;
+        let setup = twin.as_ref().filter(|_| Twin::leading(self.setup, &active).is_some());
+        let setup = setup.map_or(self.setup, |twin| twin.setup(self.setup));
         for times in 0..GENTLER_TIMES {
             let part = GENTLER.powi(times);
             let give_way = Some(size(part)).filter(|give| is_inside(&bounds, given(*give)));
             let points: Vec<Vec<f64>> =
                 give_way.into_iter().chain([0.0]).map(|give| beside(part, give)).collect();
-            let found = chi_squares(self.setup, &active, self.covariance, &points)?;
+            let found = chi_squares(setup, &active, self.covariance, &points)?;
             let computed = found.into_iter().zip(points).filter_map(|(found, point)| Some((found?, point)));
             if let Some((found, point)) = computed.min_by(|a, b| a.0.total_cmp(&b.0))
                 && found <= before

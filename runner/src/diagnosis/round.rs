@@ -9,9 +9,10 @@ use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
 use super::unsure_noise::UnsureNoise;
 use super::verdict::{is_told_of_a_small_gap, weight_of_something_else};
-use crate::fit::{EvaluationFailure, IterationRecord};
+use crate::fit::{EvaluationFailure, FitError, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
-use crate::inference::fit::{Depth, Fit, FitPlan, Tangent, chi_squares, fit};
+use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, Tangent, chi_squares, fit, foreseen_end};
+use crate::inference::rough::leading_at;
 use crate::inference::{Setup, Signature};
 use crate::noise::{Covariance, NoiseModel};
 use nalgebra::DVector;
@@ -67,17 +68,24 @@ impl Round {
 
 impl Asked<'_> {
     /// Fit of the plain model.
-    pub fn plain(
+    pub fn plain(&self, start: &[f64], say: &mut dyn FnMut(String)) -> Result<Fit, DiagnosisError> {
+        let evaluations = self.effort.evaluations;
+        let plan = FitPlan { start: start.to_vec(), evaluations, depth: Depth::Minimum };
+        let (setup, covariance) = (self.setup, &self.noise.covariance);
+        fit(setup, &[], covariance, &plan, &mut telling(say)).map_err(DiagnosisError::Baseline)
+    }
+
+    /// Where it would end, and about with which chi^2; none where the model fails at its start.
+    pub fn plain_end(
         &self,
         start: &[f64],
-        depth: Depth,
         say: &mut dyn FnMut(String),
-    ) -> Result<Fit, DiagnosisError> {
-        let plan = FitPlan { start: start.to_vec(), evaluations: self.effort.evaluations, depth };
-        let mut watch = |r: &IterationRecord| {
-            say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square));
-        };
-        fit(self.setup, &[], &self.noise.covariance, &plan, &mut watch).map_err(DiagnosisError::Baseline)
+    ) -> Result<Option<(Vec<f64>, f64)>, DiagnosisError> {
+        let (setup, covariance) = (self.setup, &self.noise.covariance);
+        match foreseen_end(setup, covariance, (start, self.effort.evaluations), &mut telling(say)) {
+            Err(FitFailure::Fit(FitError::StartFailed(_))) => Ok(None),
+            other => other.map(Some).map_err(DiagnosisError::Baseline),
+        }
     }
 
     /// Signatures, significance and refits around a plain fit.
@@ -181,6 +189,11 @@ impl Asked<'_> {
     }
 }
 
+/// Tells of a plain model's fit.
+fn telling(say: &mut dyn FnMut(String)) -> impl FnMut(&IterationRecord) {
+    |r| say(format!("plain model, iteration {}: chi^2 = {:.1}", r.iteration, r.chi_square))
+}
+
 /// Largest score of all effects and places, and its distribution under noise.
 fn family(screened: &[Screened], spots: &[Spot], candidates: &[Candidate], plain: &Fit) -> (Family, f64) {
     let y = &plain.linear.residual;
@@ -231,6 +244,8 @@ impl<'a> Elsewhere<'a> {
         plain: &Fit,
         x: &'a [f64],
     ) -> Result<Option<Self>, EvaluationFailure> {
+        let twin = leading_at(setup, &[], x)?;
+        let setup = twin.as_ref().map_or(setup, |twin| twin.setup(setup));
         let there = Tangent::at(setup, &[], covariance, &plain.prior, x);
         let Some(tangent) = EvaluationFailure::or_none(there)? else { return Ok(None) };
         let chi_square = chi_squares(setup, &[], covariance, &[x.to_vec()])?[0];

@@ -107,7 +107,8 @@ impl Search<'_> {
             }
         }
         self.begin_elsewhere(&mut found, say)?;
-        if !outdone.is_empty() && !leader(&found).is_some_and(|best| best.meets_data(&self.thresholds)) {
+        let is_noise = |refit: &Refit| refit.leaves_noise(self.thresholds.inadequate);
+        if !outdone.is_empty() && !leader(&found).is_some_and(is_noise) {
             for beginnings in outdone {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
             }
@@ -131,13 +132,16 @@ impl Search<'_> {
         let is_untried =
             |(refit, elsewhere): &(Refit, VecDeque<_>)| self.explains_nothing(refit) && !elsewhere.is_empty();
         let is_more = !rest.is_empty() || found.iter().any(is_untried);
-        if !is_more || self.is_negligible || refits.iter().any(|r| r.meets_data(&self.thresholds)) {
+        if !is_more || self.is_negligible || refits.iter().any(is_noise) {
             return Ok(refits);
         }
         for beginnings in rest {
             found.extend(self.begin(beginnings, say)?);
         }
-        self.begin_again(&mut found, say)?;
+        // What leaves a rest that may be a matter of its form is an answer unless something else is the better one.
+        if !refits.iter().any(|r| r.meets_data(&self.thresholds)) {
+            self.begin_again(&mut found, say)?;
+        }
         self.begin_elsewhere(&mut found, say)?;
         found.into_iter().for_each(|(refit, _)| keep_better(&mut refits, refit));
         self.settled(refits, screened, shown, say)

@@ -198,6 +198,16 @@ pub(super) fn options(setup: Setup, evaluations: usize) -> Options {
     }
 }
 
+/// Those of a rough fit, which ends where an iteration lowers chi^2 by less than a part.
+fn rough_options(settled: &Options, part: f64) -> Options {
+    Options {
+        chi_square_tolerance: part.max(settled.chi_square_tolerance),
+        foreseen_tolerance: ROUGH_FORESEEN.max(settled.foreseen_tolerance),
+        noise_tolerance: ROUGH_FORESEEN.max(settled.noise_tolerance),
+        ..settled.clone()
+    }
+}
+
 /// Fits the plain model from several starts. A stop asked of the engine ends the fit at its best point; `observe` sees each accepted
 /// step with the index of its start.
 ///
@@ -234,6 +244,30 @@ pub fn refit(
     Ok(Fit::at(setup, &[], covariance, solution)?)
 }
 
+/// Where a fit of the plain model would end, and about with which chi^2: by a rougher model, where there is one and it can be computed.
+///
+/// # Errors
+/// When the start cannot be evaluated, or the user asked to stop.
+pub fn foreseen_end(
+    setup: Setup,
+    covariance: &Covariance,
+    (start, evaluations): (&[f64], usize),
+    observe: &mut dyn FnMut(&IterationRecord),
+) -> Result<(Vec<f64>, f64), FitFailure> {
+    let mut watch = |record: &IterationRecord| {
+        observe(record);
+        setup.engine.going_on()
+    };
+    let bounds = setup.unknowns.optimiser_bounds();
+    let options = rough_options(&options(setup, evaluations), ROUGH_FORESEEN);
+    if let Some(led) = rough::lead(setup, &[], covariance, (start, bounds), &options, &mut watch)? {
+        return Ok((led.x, led.chi_square));
+    }
+    let plan = FitPlan { start: start.to_vec(), evaluations, depth: Depth::Rough };
+    let found = fit(setup, &[], covariance, &plan, observe)?;
+    Ok((found.x().to_vec(), found.foreseen()))
+}
+
 /// Fits parameters and the magnitudes of `active`, of which no admissible size is held against another before.
 ///
 /// # Errors
@@ -247,12 +281,7 @@ pub fn fit(
 ) -> Result<Fit, FitFailure> {
     let bounds = ForceProblem::new(setup, active).bounds()?;
     let settled = options(setup, plan.evaluations);
-    let rough = Options {
-        chi_square_tolerance: ROUGH.max(settled.chi_square_tolerance),
-        foreseen_tolerance: ROUGH_FORESEEN.max(settled.foreseen_tolerance),
-        noise_tolerance: ROUGH_FORESEEN.max(settled.noise_tolerance),
-        ..settled.clone()
-    };
+    let rough = rough_options(&settled, ROUGH);
     let tolerances = |to_minimum: bool| if to_minimum { &settled } else { &rough };
     let mut problem = problem(setup, active, covariance);
     let mut watch = |record: &IterationRecord| {
@@ -268,7 +297,8 @@ pub fn fit(
     };
     // A rougher model leads near to the end, where there is one and it leads anywhere.
     let lead = |start: &[f64], to_minimum: bool| {
-        rough::lead(setup, active, covariance, (start, &bounds), tolerances(to_minimum))
+        let mut going_on = |_: &IterationRecord| setup.engine.going_on();
+        rough::lead(setup, active, covariance, (start, &bounds), tolerances(to_minimum), &mut going_on)
     };
     let depth = plan.depth;
     let mut found = None;

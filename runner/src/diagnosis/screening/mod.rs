@@ -16,6 +16,7 @@ pub use groups::groups;
 use crate::fit::{EvaluationFailure, Whitening};
 use crate::inference::effect::is_continuous;
 use crate::inference::effect::{Candidate, Sign};
+use crate::inference::rough::Twin;
 use crate::inference::{Linearised, Setup, Signature};
 use crate::pool::{Priority, Run};
 use nalgebra::DVector;
@@ -59,28 +60,29 @@ pub struct Screening<'a, W> {
 }
 
 impl<W: Whitening> Screening<'_, W> {
-    fn submit(&self, more: &[(&Candidate, f64)], priority: Priority) -> Vec<Run> {
-        self.setup.submit(self.x, &[self.present, more].concat(), false, priority)
+    /// Runs without and with an effect of some size, of a rougher model where that shows the change as well.
+    fn submit(&self, candidate: &Candidate, size: f64) -> Change {
+        let twin = Twin::leading(self.setup, &[candidate]);
+        let setup = twin.as_ref().map_or(self.setup, |twin| twin.setup(self.setup));
+        let submit = |active: &[(&Candidate, f64)]| {
+            setup.submit(self.x, &[self.present, active].concat(), false, Priority::Speculative)
+        };
+        Change { without: submit(&[]), with: submit(&[(candidate, size)]), size }
     }
 
     /// Signatures of these candidates.
     ///
     /// # Errors
-    /// When the model fails as it is, or the user asked to stop.
+    /// When the user asked to stop.
     pub fn screen(
         &self,
         wanted: impl Iterator<Item = usize>,
     ) -> Result<(Vec<Screened>, Vec<Failed>), EvaluationFailure> {
-        let without = self.submit(&[], Priority::Urgent);
-        let with = |k: usize| (k, self.submit(&[(&self.candidates[k], 1.0)], Priority::Speculative));
-        let runs: Vec<_> = wanted.map(with).collect();
-        let without_mn = Setup::forces_mn(&without)?;
+        let runs: Vec<_> = wanted.map(|k| (k, self.submit(&self.candidates[k], 1.0))).collect();
         let (mut screened, mut failed) = (Vec::new(), Vec::new());
-        for (candidate, runs) in runs {
-            match Setup::forces_mn(&runs) {
-                Ok(forces) => {
-                    let change = forces.iter().zip(&without_mn).map(|(f, p)| f - p);
-                    let change_mn = DVector::from_iterator(without_mn.len(), change);
+        for (candidate, change) in runs {
+            match change.per_size_mn() {
+                Ok(change_mn) => {
                     let signature = self.fit.signature(self.whitening, &change_mn);
                     screened.push(Screened { candidate, change_mn, signature, other: None });
                 }
@@ -88,14 +90,14 @@ impl<W: Whitening> Screening<'_, W> {
                 Err(EvaluationFailure::Failed(reason)) => failed.push(Failed { candidate, reason }),
             }
         }
-        self.refine(&without_mn, &mut screened)?;
+        self.refine(&mut screened)?;
         Ok((screened, failed))
     }
 
     /// Effects that would be seen at a small part of their plausible scale may look different there (a surface that is
     /// higher by micrometres, against one that is higher by tenths of a millimetre): they are computed there too, and
     /// the signature that fits the residual better is kept.
-    fn refine(&self, without_mn: &[f64], screened: &mut [Screened]) -> Result<(), EvaluationFailure> {
+    fn refine(&self, screened: &mut [Screened]) -> Result<(), EvaluationFailure> {
         let y = &self.fit.residual;
         let mut runs = Vec::new();
         let score = |s: &Screened| self.candidates[s.candidate].one_sided(s.signature.score(y));
@@ -108,13 +110,11 @@ impl<W: Whitening> Screening<'_, W> {
                 let side =
                     if candidate.effect.sign == Sign::Either { s.signature.score(y).signum() } else { 1.0 };
                 let m = side * part.max(0.02);
-                runs.push((k, m, self.submit(&[(candidate, m)], Priority::Speculative)));
+                runs.push((k, self.submit(candidate, m)));
             }
         }
-        for (k, m, runs) in runs {
-            let Some(forces) = Setup::computable_forces_mn(&runs)? else { continue };
-            let change = forces.iter().zip(without_mn).map(|(f, p)| (f - p) / m);
-            let change_mn = DVector::from_iterator(without_mn.len(), change);
+        for (k, change) in runs {
+            let Some(change_mn) = EvaluationFailure::or_none(change.per_size_mn())? else { continue };
             let small = self.fit.signature(self.whitening, &change_mn);
             let s = &mut screened[k];
             let candidate = &self.candidates[s.candidate];
@@ -126,6 +126,22 @@ impl<W: Whitening> Screening<'_, W> {
             }
         }
         Ok(())
+    }
+}
+
+/// Runs without an effect and with it.
+struct Change {
+    without: Vec<Run>,
+    with: Vec<Run>,
+    size: f64,
+}
+
+impl Change {
+    /// What the effect changes of the force, divided by its size (mN).
+    fn per_size_mn(&self) -> Result<DVector<f64>, EvaluationFailure> {
+        let [without, with] =
+            [&self.without, &self.with].map(|runs| Setup::forces_mn(runs).map(DVector::from_vec));
+        Ok((with? - without?) / self.size)
     }
 }
 

@@ -79,8 +79,10 @@ pub(super) fn difference_mn(
     let runs = runs.map(|(setup, derivatives)| {
         ForceProblem::new(setup, active).submit(x, derivatives, Priority::Urgent)
     });
-    let [asked, rough] = runs.map(|runs| Setup::computable_forces_mn(&runs));
-    Ok(asked?.zip(rough?).map(|(a, r)| a.iter().zip(r).map(|(a, r)| a - r).collect()))
+    let [forces, rough] = runs.map(|runs| Setup::computable_forces_mn(&runs));
+    let offset_mn = asked.offset_mn.iter().copied().chain(std::iter::repeat(0.0));
+    let apart = forces?.zip(rough?).map(|(a, r)| a.into_iter().zip(r).zip(offset_mn));
+    Ok(apart.map(|apart| apart.map(|((a, r), offset)| a + offset - r).collect()))
 }
 
 /// A solution with the history of the one that it goes on from.

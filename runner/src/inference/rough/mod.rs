@@ -13,5 +13,6 @@ mod search;
 mod twin;
 
 pub(in crate::inference) use lead::lead;
+pub use lead::leading_at;
 pub use search::search_roughly;
 pub use twin::{Twin, applies};

@@ -31,27 +31,22 @@ impl Twin {
         Self { unknowns: rough_unknowns(setup), offset_mn: vec![] }
     }
 
-    /// A rougher one.
-    pub(super) fn roughest(setup: Setup) -> Self {
-        Self { unknowns: roughest_unknowns(setup), offset_mn: vec![] }
+    /// A rougher one, where the model is poropunch's own, nothing of what makes it rough was chosen but a preset, and none of these effects is
+    /// a matter of it.
+    pub fn leading(setup: Setup, active: &[&Candidate]) -> Option<Self> {
+        let is_of_rough = |name: &String| name.starts_with("mesh.") || name.starts_with("solver.");
+        let is_chosen = |name: &String| is_of_rough(name) && name != ROUGH[0].0;
+        let is_asked = |c: &&Candidate| c.effect.parameters.iter().any(is_of_rough);
+        let may_lead = setup.engine.is_own()
+            && !setup.unknowns.fixed().keys().any(is_chosen)
+            && !active.iter().any(is_asked);
+        may_lead.then(|| Self { unknowns: roughest_unknowns(setup), offset_mn: vec![] })
     }
 
     /// What stands for the model asked for.
     pub fn setup<'a>(&'a self, asked: Setup<'a>) -> Setup<'a> {
         Setup { unknowns: &self.unknowns, offset_mn: &self.offset_mn, ..asked }
     }
-}
-
-/// Whether a rougher model may lead a fit with these effects: it is poropunch's own, and nothing of what makes it rough was chosen but a
-/// preset, nor is an effect a matter of it.
-pub(super) fn may_lead(setup: Setup, active: &[&Candidate]) -> bool {
-    let is_of_rough = |name: &String| name.starts_with("mesh.") || name.starts_with("solver.");
-    let is_chosen = |name: &String| is_of_rough(name) && name != ROUGH[0].0;
-    let is_asked = |c: &&Candidate| c.effect.parameters.iter().any(is_of_rough);
-    setup.engine.is_own()
-        && setup.offset_mn.is_empty()
-        && !setup.unknowns.fixed().keys().any(is_chosen)
-        && !active.iter().any(is_asked)
 }
 
 /// Whether the model has a rough twin: it is poropunch's own, no coarser one, and nothing else of what makes it rough was chosen.
