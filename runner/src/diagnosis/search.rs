@@ -4,14 +4,14 @@
 //! every effect that these data would show, or seem to show (quick: those that promise most), from where it promises more: the plain
 //! model's fit or the other starts
 //! -> the leaders from the others, too, while the best of them leaves more than noise (quick: as soon as one explains most of the gap)
-//! -> quick: where it does not meet the data, those that promise much less than another has gained, at the plain fit where that one
+//! -> quick: where it leaves more than noise, those that promise much less than another has gained, at the plain fit where that one
 //! leaves noise; what looks like the best
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
 //! the next best, too, until a pair meets the data
-//! -> where none of these explains the gap, unless that is then told as one that does not matter: quick: all others; what explains nothing
-//! from its other starts, too
+//! -> while none of these leaves noise, unless the gap is then told as one that does not matter: quick: all others; where none explains the
+//! gap, what explains nothing from its other starts, too
 //! ```
 
 use super::confirming::{Refit, excess, most_left, refit};
