@@ -48,6 +48,8 @@ const FORESEEN: f64 = 0.02;
 /// It also ends where an iteration has lowered chi^2 by less than this: the next one lowers it by much less, and below lies the noise
 /// of the model's own steps.
 const SETTLED: f64 = 0.1;
+/// A fit that is compared with others ends so many times earlier: where its chi^2 is known to a tenth of what decides between them.
+const AMONG_RIVALS: f64 = 5.0;
 /// An iteration that lowers chi^2 by a smaller part ends a rough fit.
 pub const ROUGH: f64 = 3e-2;
 /// An iteration that is expected to lower chi^2 by less than this part of it is not made in a rough fit, nor a step shorter than one that was rejected.
@@ -282,6 +284,12 @@ pub fn fit(
     let bounds = ForceProblem::new(setup, active).bounds()?;
     let settled = options(setup, plan.evaluations);
     let rough = rough_options(&settled, ROUGH);
+    let settled = Options {
+        chi_square_tolerance: AMONG_RIVALS * settled.chi_square_tolerance,
+        foreseen_tolerance: AMONG_RIVALS * settled.foreseen_tolerance,
+        noise_tolerance: AMONG_RIVALS * settled.noise_tolerance,
+        ..settled
+    };
     let tolerances = |to_minimum: bool| if to_minimum { &settled } else { &rough };
     let mut problem = problem(setup, active, covariance);
     let mut watch = |record: &IterationRecord| {
