@@ -15,6 +15,7 @@ mod interrupted;
 mod job_files;
 mod lab_files;
 mod lag;
+mod led;
 mod mutated;
 mod nothing_silent;
 mod oracle;

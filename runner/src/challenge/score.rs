@@ -4,8 +4,8 @@ use super::binomial::Share;
 use super::calibration::Calibration;
 use super::description;
 use super::draw::Kind as CaseKind;
-use super::ground::factor_off_table_1;
-use super::key::Solution;
+use super::ground::{Ground, factor_off_table_1};
+use super::key::{Key, Solution};
 use super::noise::shared_height;
 use crate::data::measurement::median;
 use crate::diagnosis::result::{Diagnosis, Kind};
@@ -108,9 +108,33 @@ impl Scores {
     }
 }
 
+/// How a batch is made again once its key is open: `challenge make --seed` with the same kinds and number of cases.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Batch {
+    /// Seed of its draws.
+    pub seed: u64,
+    /// Where they were drawn from.
+    pub ground: Ground,
+    /// Cycles of each test.
+    pub cycles: i32,
+    /// Its cases.
+    pub ids: Vec<String>,
+}
+
+impl Batch {
+    /// Of an open key.
+    pub fn of(key: &Key) -> Self {
+        let ids = key.cases.iter().map(|case| case.drawn.id.clone()).collect();
+        Self { seed: key.seed, ground: key.ground, cycles: key.cycles, ids }
+    }
+}
+
 /// Scores and the answers one by one, for the diagnosis and for the simple rules.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Table {
+    /// What the cases were drawn with, as far as it was written down.
+    #[serde(default)]
+    pub batches: Vec<Batch>,
     /// The diagnosis.
     pub diagnosis: Scores,
     /// Of it the cases whose material is [`FAR`] off Table 1 or more.
@@ -151,6 +175,7 @@ impl Table {
                 None => self.rules.push((name, scores)),
             }
         }
+        self.batches.extend(other.batches);
         self.missing.extend(other.missing);
         self.lines.extend(other.lines);
         Ok(self)
@@ -172,7 +197,7 @@ struct Answer {
 }
 
 /// The table of cases and their answers, of one batch or of several.
-pub fn score(cases: &[(Solution, Option<Diagnosis>)]) -> Table {
+pub fn score(batches: Vec<Batch>, cases: &[(Solution, Option<Diagnosis>)]) -> Table {
     let answered = || cases.iter().filter_map(|(s, d)| d.as_ref().map(|d| (s, d)));
     let missing = cases.iter().filter(|(_, d)| d.is_none()).map(|(s, _)| s.drawn.id.clone());
     let ours: Vec<(&Solution, Answer)> = answered().map(|(s, d)| (s, of_diagnosis(s, d))).collect();
@@ -209,7 +234,7 @@ pub fn score(cases: &[(Solution, Option<Diagnosis>)]) -> Table {
     let diagnosis = scores(&ours);
     let far: Vec<_> =
         ours.into_iter().filter(|(s, _)| factor_off_table_1(&s.drawn.material) >= FAR).collect();
-    Table { diagnosis, far: scores(&far), rules, missing: missing.collect(), lines }
+    Table { batches, diagnosis, far: scores(&far), rules, missing: missing.collect(), lines }
 }
 
 fn of_diagnosis(solution: &Solution, d: &Diagnosis) -> Answer {

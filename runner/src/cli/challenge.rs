@@ -11,7 +11,7 @@ use crate::challenge::draw::Kind;
 use crate::challenge::ground::Ground;
 use crate::challenge::key::{SEAL, Secret, open};
 use crate::challenge::make::{Made, Plan, make};
-use crate::challenge::score::{Table, score};
+use crate::challenge::score::{Batch, Table, score};
 use crate::challenge::table::markdown;
 use crate::data::Reading;
 use crate::diagnosis::result::Diagnosis;
@@ -291,10 +291,12 @@ fn score_answers(arguments: &Score) -> CliResult {
     if !arguments.unfinished {
         arguments.folders.iter().try_for_each(|folder| check_answers(folder))?;
     }
-    let mut scored = Vec::new();
+    let (mut batches, mut scored) = (Vec::new(), Vec::new());
     for (i, (folder, secret)) in arguments.folders.iter().zip(&secrets).enumerate() {
         let key = arguments.key.get(i).cloned().unwrap_or_else(|| key_of(folder));
-        for case in open(&key, folder, secret)?.cases {
+        let key = open(&key, folder, secret)?;
+        batches.push(Batch::of(&key));
+        for case in key.cases {
             let answer = read_answer(&answer_file(folder, &case.drawn.id))?;
             scored.push((case, answer));
         }
@@ -308,7 +310,7 @@ fn score_answers(arguments: &Score) -> CliResult {
         )
         .into());
     }
-    let table = arguments.with.iter().try_fold(score(&scored), |table, file| add(table, file))?;
+    let table = arguments.with.iter().try_fold(score(batches, &scored), |table, file| add(table, file))?;
     let text = markdown(&table);
     say!("{text}");
     let base = arguments.out.clone().unwrap_or_else(|| first.join("scores"));

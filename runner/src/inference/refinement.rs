@@ -1,7 +1,7 @@
 //! The covariance of the data at the start of a fit, with the error of the simulation from another mesh and finer time steps.
 
 use super::problem::ForceProblem;
-use super::rough;
+use super::rough::{self, Twin};
 use super::setup::{Setup, job};
 use crate::fit::EvaluationFailure;
 use crate::noise::{
@@ -35,10 +35,11 @@ pub enum NoiseFailure {
 /// # Errors
 /// When the uncertainty asked for needs what a file does not have, or the user asked to stop.
 pub fn noise_at_start(setup: Setup, weights: &Weights) -> Result<NoiseModel, NoiseFailure> {
-    noise_at(setup, setup.unknowns.start(), weights, true)
+    noise(setup, setup.unknowns.start(), weights, (true, !rough::applies(setup)))
 }
 
-/// The same for the computed force at `x`; `with_refinement`: with what another mesh and finer steps change there.
+/// The same for the computed force at `x`, where a fit that may be led begins; `with_refinement`: with what another mesh and finer steps
+/// change there.
 ///
 /// # Errors
 /// As [`noise_at_start`].
@@ -48,8 +49,17 @@ pub fn noise_at(
     weights: &Weights,
     with_refinement: bool,
 ) -> Result<NoiseModel, NoiseFailure> {
-    // With derivatives where the fit begins with the same runs.
-    let derivatives = !rough::applies(setup) && ForceProblem::new(setup, &[]).exact_columns() > 0;
+    noise(setup, x, weights, (with_refinement, Twin::leading(setup, &[]).is_none()))
+}
+
+/// `begins_fit`: whether a fit begins with the same runs, and wants their derivatives.
+fn noise(
+    setup: Setup,
+    x: &[f64],
+    weights: &Weights,
+    (with_refinement, begins_fit): (bool, bool),
+) -> Result<NoiseModel, NoiseFailure> {
+    let derivatives = begins_fit && ForceProblem::new(setup, &[]).exact_columns() > 0;
     let runs = setup.submit(x, &[], derivatives, Priority::Urgent);
     let is_refined = with_refinement && weights.uncertainty != Uncertainty::None;
     // All at once: they keep two cores busy.

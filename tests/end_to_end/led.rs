@@ -1,0 +1,41 @@
+//! Fits that a rougher model leads.
+
+use super::program::repository;
+use runner::data::reader::{Wanted, read};
+use runner::engine::{Engine, EngineOptions};
+use runner::inference::fit::fit;
+use runner::inference::rough::Twin;
+use runner::inference::{Depth, Fit, FitPlan, Requests, Setup, Unknowns, noise_at};
+use runner::noise::Weights;
+use runner::noise::observation::observe;
+use runner::pool::wiring::Names;
+
+/// Goal: a rougher model shortens the way to a minimum and does not move it. Set-up: P2 of the lagging practice data, whose gap leaves
+/// the fit far from its start; the steps' tolerance, given as a setting at its own value, turns the rougher model off. Criterion: chi^2 within 0.5
+/// of some thousand, forces within 2 % of the gap, from fewer Jacobians of the model asked for.
+#[test]
+fn a_fit_that_is_led_ends_where_the_other_one_does() {
+    let file = repository("data/practice/lag/P2.csv");
+    let observations = observe(&[read(&file, Wanted::MotionAndForce).unwrap()], None).unwrap();
+    let names = Names { sensitivities: true, ..Names::default() };
+    let engine = Engine::new(&EngineOptions { names, ..EngineOptions::default() }).unwrap();
+    let tolerance = poropunch::variables::by_name("solver.tolerance").unwrap().1.start_number();
+    let fitted = |set: Vec<String>, is_led: bool| -> Fit {
+        let requests = Requests { set, ..Requests::default() };
+        let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests).unwrap();
+        let setup = Setup::new(&engine, &observations, &unknowns);
+        assert_eq!(Twin::leading(setup, &[]).is_some(), is_led);
+        let start = unknowns.start().to_vec();
+        let noise = noise_at(setup, &start, &Weights::default(), false).unwrap();
+        let plan = FitPlan { start, evaluations: 40, depth: Depth::Minimum };
+        fit(setup, &[], &noise.covariance, &plan, &mut |_| {}).unwrap()
+    };
+    let coarse = "mesh.preset=coarse".to_owned();
+    let led = fitted(vec![coarse.clone()], true);
+    let alone = fitted(vec![coarse, format!("solver.tolerance={tolerance}")], false);
+    let (chi_square, other) = (led.solution.chi_square, alone.solution.chi_square);
+    assert!(other > 500.0 && (chi_square - other).abs() < 0.5, "{chi_square} and {other}");
+    let apart = (&led.gap_mn - &alone.gap_mn).amax();
+    let gap = alone.gap_mn.amax();
+    assert!(apart < 0.02 * gap, "{apart} of {gap} mN");
+}
