@@ -12,7 +12,7 @@ use runner::pool::wiring::Names;
 
 /// Goal: a rougher model shortens the way to a minimum and does not move it. Set-up: P2 of the lagging practice data, whose gap leaves
 /// the fit far from its start; the steps' tolerance, given as a setting at its own value, turns the rougher model off. Criterion: chi^2 within 0.5
-/// of some thousand, forces within 2 % of the gap, from fewer Jacobians of the model asked for.
+/// of some thousand, forces within 2 % of the gap.
 #[test]
 fn a_fit_that_is_led_ends_where_the_other_one_does() {
     let file = repository("data/practice/lag/P2.csv");

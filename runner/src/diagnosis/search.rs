@@ -4,7 +4,7 @@
 //! every effect that these data would show, or seem to show (quick: those that promise most), from where it promises more: the plain
 //! model's fit or the other starts
 //! -> the leaders from the others, too, while the best of them leaves more than noise (quick: as soon as one explains most of the gap)
-//! -> quick: where it leaves more than noise, those that promise much less than another has gained, at the plain fit where that one
+//! -> quick: where it leaves more than noise, those that promise a small part of what another has gained, at the plain fit where that one
 //! leaves noise; what looks like the best
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
@@ -29,6 +29,9 @@ use crate::inference::{Linearised, Setup};
 use crate::noise::Covariance;
 use std::collections::VecDeque;
 
+/// A refit often gains twice what its effect promised, some gain nearly four times as much: what promises less than this part of another's gain
+/// is not the one that gains most.
+const OUTDONE: f64 = 0.25;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
@@ -114,19 +117,23 @@ impl Search<'_> {
             }
             self.begin_elsewhere(&mut found, say)?;
         }
-        let best = leader(&found).map(|refit| refit.members[0]);
-        let (like_it, others): (Vec<_>, Vec<_>) = alike.into_iter().partition(|a| Some(a.other) == best);
-        if !like_it.is_empty() {
-            for (count, Alike { beginnings, .. }) in like_it.into_iter().enumerate() {
-                if count < QUICK_ALIKE {
+        // What looks like one that gains nearly what the best does may gain more.
+        let least = PROMISING * leader(&found).map_or(0.0, |best| best.gain);
+        let best: Vec<usize> =
+            found.iter().filter(|(r, _)| r.gain >= least).map(|(r, _)| r.members[0]).collect();
+        let mut tried = vec![0; best.len()];
+        for Alike { beginnings, other } in alike {
+            match best.iter().position(|k| *k == other).filter(|look| tried[*look] < QUICK_ALIKE) {
+                Some(look) => {
+                    tried[look] += 1;
                     found.extend(self.begin(beginnings, say)?);
-                } else {
-                    rest.push(beginnings);
                 }
+                None => rest.push(beginnings),
             }
+        }
+        if tried.iter().any(|count| *count > 0) {
             self.begin_elsewhere(&mut found, say)?;
         }
-        rest.extend(others.into_iter().map(|a| a.beginnings));
         let refits = found.iter().map(|(refit, _)| refit.clone()).collect();
         let mut refits = self.settled(refits, screened, shown, say)?;
         let is_untried =
@@ -244,7 +251,7 @@ impl Search<'_> {
         let leaves_noise = leader(found).is_some_and(|best| self.leaves_noise(best));
         let counts = |b: &&Beginning| b.is_at_fit || !leaves_noise;
         let promised = beginnings.iter().filter(counts).map(|b| b.promise.gain).fold(0.0, f64::max);
-        self.quick && found.iter().any(|(refit, _)| promised < PROMISING * refit.gain)
+        self.quick && found.iter().any(|(refit, _)| promised < OUTDONE * refit.gain)
     }
 
     /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,
