@@ -10,7 +10,7 @@
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
 //! the next best, too, until a pair meets the data
-//! -> while none of these leaves noise, unless the gap is then told as one that does not matter: quick: all others; where none explains the
+//! -> while no single one of these leaves noise, unless the gap is then told as one that does not matter: quick: all others; where none explains the
 //! gap, what explains nothing from its other starts, too
 //! ```
 
@@ -139,7 +139,9 @@ impl Search<'_> {
         let is_untried =
             |(refit, elsewhere): &(Refit, VecDeque<_>)| self.explains_nothing(refit) && !elsewhere.is_empty();
         let is_more = !rest.is_empty() || found.iter().any(is_untried);
-        if !is_more || self.is_negligible || refits.iter().any(is_noise) {
+        // Two effects may imitate a third one: no pair ends the search.
+        let is_single_noise = |r: &Refit| r.members.len() == 1 && is_noise(r);
+        if !is_more || self.is_negligible || refits.iter().any(is_single_noise) {
             return Ok(refits);
         }
         for beginnings in rest {
