@@ -18,6 +18,7 @@ use std::ops::ControlFlow;
 const FORESEEN: f64 = 1e-2;
 /// Corrections shrink the difference by a factor of ten or more each; where so many do not suffice, something else is wrong.
 const MOST_CORRECTIONS: usize = 4;
+
 /// Goes on from the end of a fit by the rough model, with what the two models differ by. With the solution the corrected rough model, where it is
 /// a minimum of the model asked for; none where the user asked to stop, or the rough model does not lead there.
 pub(super) fn corrected(
