@@ -27,8 +27,10 @@ const MIN_FRACTION: f64 = 1e-6;
 const SHORT: f64 = 1e-2;
 /// Attempts that may fail within [`STRETCH`]: a path that goes on in steps next to nothing would go on for hours.
 const MAX_FAILURES: u32 = 100;
-/// Over the time since the last change of velocity, or the first step where that is longer.
+/// Over the time since the last change of velocity, or [`FIRST_STEPS`] where they are longer.
 const STRETCH: f64 = 0.01;
+/// In lengths of the first step; one of them is some thousandth of a ramp.
+const FIRST_STEPS: f64 = 10.0;
 /// Where the punch is while the sample is on its own (m): so far above it that nothing touches.
 const AWAY: f64 = -1e3;
 /// The punch has landed when its gap is below this fraction of the initial increment.
@@ -385,7 +387,7 @@ impl Path {
         statistics: &mut Statistics,
     ) -> Result<State, StepError> {
         let base = &self.base;
-        let stretch = self.first_step.max(STRETCH * (base.time - self.piece.start_time));
+        let stretch = (FIRST_STEPS * self.first_step).max(STRETCH * (base.time - self.piece.start_time));
         if base.time > self.failures.0 + stretch {
             self.failures = (base.time, 0);
         }
