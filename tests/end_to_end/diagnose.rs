@@ -74,6 +74,18 @@ fn data_of_the_plain_model_have_no_gap() {
     assert!(fail(&["diagnose", "--resume", "--out", out]).contains("poropunch.toml: line 1"));
 }
 
+/// Goal: a plain fit that ends beside its minimum is no gap. Set-up: a branch of 0.09 s and a contact that hardly drains, of another solver;
+/// where the data say, the fit imitates that branch by drainage and leaves 4.2 deviations, which compressible skeleton explains.
+#[test]
+fn what_another_start_of_the_plain_model_closes_is_no_gap() {
+    let d = directory();
+    let found = diagnose("data/practice/two-explanations", d.path());
+    assert_eq!(found["verdict"]["kind"], "no gap", "{}", found["verdict"]["text"]);
+    assert_eq!(found["verdict"]["is_immaterial"], false);
+    let baseline = &found["baseline"];
+    assert!(baseline["chi_square"].as_f64().unwrap() < 480.0, "{baseline}");
+}
+
 /// Goal: the published numbers are read as the design says; what they cannot decide is told.
 #[test]
 fn the_papers_first_cycle_is_amplitude_not_rate() {

@@ -9,7 +9,7 @@ use super::key::VISIBLE;
 use super::make::MakeError;
 use crate::data::Measurement;
 use crate::diagnosis::gap::gap_percent;
-use crate::diagnosis::plain_start::plain_starts;
+use crate::diagnosis::plain_start::{PlainStarts, plain_starts};
 use crate::engine::Engine;
 use crate::fit::{FitError, Problem as _, Whitening as _};
 use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, fit, linearised};
@@ -94,7 +94,8 @@ fn starts_of_data(setup: Setup, requests: &Requests) -> Result<Vec<Vec<f64>>, Ma
         let requests = Requests { start: vec![], defaults, ..requests.clone() };
         Ok(Unknowns::new(engine.wiring(), engine.is_own(), &requests)?.start().to_vec())
     };
-    plain_starts(engine, setup.observations, requests)?.into_iter().flatten().map(one).collect()
+    let starts = plain_starts(engine, setup.observations, requests)?;
+    starts.into_iter().flat_map(PlainStarts::all).map(one).collect()
 }
 
 /// What the best fit of the plain model leaves of a change (mN), of searches from several starts.

@@ -25,6 +25,7 @@ use crate::fit::{EvaluationFailure, FitError};
 use crate::inference::Setup;
 use crate::inference::effect::Effect;
 use crate::inference::fit::FitFailure;
+use crate::inference::requests::Defaults;
 use crate::inference::{Requests, Unknowns};
 use crate::inspection::{Options, examine};
 use crate::noise::observation::observe;
@@ -191,16 +192,20 @@ pub fn diagnosis_of(
     let doubts: Vec<String> = measurements.iter().flat_map(Measurement::doubts).collect();
     let observations = observe(&measurements, height)?;
     let of = |requests: &Requests| Unknowns::new(engine.wiring(), engine.is_own(), requests);
-    let mut others = Vec::new();
-    if let Some([told, hidden]) = plain_starts(&engine, &observations, &requests)? {
-        requests.defaults = hidden;
-        others.push(of(&requests)?.start().to_vec());
-        requests.defaults = told;
+    let (mut others, mut further) = (Vec::new(), Vec::new());
+    if let Some(starts) = plain_starts(&engine, &observations, &requests)? {
+        let mut begun = |defaults: Defaults| {
+            requests.defaults = defaults;
+            of(&requests).map(|unknowns| unknowns.start().to_vec())
+        };
+        others.push(begun(starts.hidden)?);
+        further = starts.further.into_iter().map(&mut begun).collect::<Result<_, _>>()?;
+        requests.defaults = starts.told;
     }
     // Without the effect its parameter has the value that was declared.
     requests.set.extend(declared.iter().map(|d| written(engine.wiring(), &d.parameter, d.null)));
     let unknowns = of(&requests)?;
-    for other in &mut others {
+    for other in others.iter_mut().chain(&mut further) {
         *other = unknowns.clone().starting_at(other).start().to_vec();
     }
     idle::bounds_and_starts(&arguments.bounds, &arguments.start, &unknowns)?;
@@ -213,7 +218,7 @@ pub fn diagnosis_of(
         matters_percent: arguments.matters,
         thresholds: Thresholds::default().with(&arguments.threshold)?,
     };
-    let given = Given { others: &others, sample_height_m: height, declared: &effects };
+    let given = Given { others: &others, further: &further, sample_height_m: height, declared: &effects };
     let mut say = |what: String| {
         if arguments.verbose {
             terminal::aside("text", &format!("{:.1} s: {what}", started.elapsed().as_secs_f64()));

@@ -101,6 +101,8 @@ pub struct Conclusion {
 pub struct Given<'a> {
     /// Further points from which fits start, where nothing is missing of what an effect hides.
     pub others: &'a [Vec<f64>],
+    /// Further ones, from which fits of the plain model start.
+    pub further: &'a [Vec<f64>],
     /// Height of the sample (m).
     pub sample_height_m: Option<f64>,
     /// The user's effects beside the catalogue's.
@@ -119,7 +121,7 @@ pub fn diagnose(
     effort: Effort,
     say: &mut dyn FnMut(String),
 ) -> Result<Findings, DiagnosisError> {
-    let Given { others, sample_height_m, declared } = given;
+    let Given { others, further, sample_height_m, declared } = given;
     let observations = computable(engine, observations, unknowns, sample_height_m)?;
     let setup = Setup::new(engine, &observations, unknowns);
     let weights = Weights::default();
@@ -134,10 +136,10 @@ pub fn diagnose(
     let points: usize = observations.iter().map(|o| o.time_s.len()).sum();
     let mut least = f64::INFINITY;
     let mut start = unknowns.start().to_vec();
-    for from in std::iter::once(unknowns.start()).chain(others.iter().map(Vec::as_slice)) {
-        if least <= MEETS * points as f64 {
-            break;
-        }
+    let mut starts = std::iter::once(unknowns.start()).chain(others.iter().chain(further).map(Vec::as_slice));
+    while least > MEETS * points as f64
+        && let Some(from) = starts.next()
+    {
         if let Some((end, chi_square)) = asked(&rough).plain_end(from, say)?
             && chi_square < least
         {
@@ -146,18 +148,22 @@ pub fn diagnose(
     }
     let noise = noise_at(setup, &start, &weights, true)?;
     let asked = asked(&noise);
-    let plain = asked.plain(&start, say)?;
-    let mut round = asked.round(plain, say)?;
+    let mut round = asked.look(asked.plain(&start, say)?, say)?;
+    // What no start closes is a gap.
+    while round.significance.probability <= effort.thresholds.significant
+        && let Some(from) = starts.next()
+    {
+        if let Some(lower) = asked.lower_plain(from, round.plain.solution.chi_square - LOWER, say)? {
+            round = asked.look(lower, say)?;
+        }
+    }
+    let mut round = asked.refitted(round, say)?;
     // The plain model has to be fitted as well as its rivals are: from where the best of them ended, too. What is lower by a small part
     // of what that effect gained changes no answer.
     if let Some(leader) = round.refits.first() {
         let lower = round.plain.solution.chi_square - LOWER.max(ROUGH * leader.gain);
-        let end = asked.plain_end(leader.fit.x(), say)?;
-        if let Some((end, _)) = end.filter(|(_, chi_square)| *chi_square < lower) {
-            let again = asked.plain(&end, say)?;
-            if again.solution.chi_square < lower {
-                round = asked.round_again(round, again, say)?;
-            }
+        if let Some(again) = asked.lower_plain(leader.fit.x(), lower, say)? {
+            round = asked.round_again(round, again, say)?;
         }
     }
     let Round { plain, screened, refits, .. } = &round;

@@ -205,7 +205,7 @@ fn value(
     // What the explanations differ by is the same by a rougher model.
     let every: Vec<&Candidate> = rivals.iter().flat_map(|rival| rival.active(candidates)).collect();
     let twin = Twin::leading(there, &every);
-    let there = twin.as_ref().map_or(there, |twin| twin.setup(there));
+    let there = Twin::setup_or(twin.as_ref(), there);
     // Forces (mN) and their derivatives, each explanation's.
     let mut all = Vec::new();
     for rival in rivals {

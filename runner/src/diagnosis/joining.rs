@@ -51,9 +51,11 @@ impl Search<'_> {
         };
         let given = |give: f64| x.iter().zip(&promise.giving_way).map(move |(x, slope)| x + give * slope);
         let beside = |part: f64, give: f64| inside(&bounds, given(give).chain(magnitude.map(|_| size(part))));
-        let twin = leading_at(self.setup, &self.active(present), x)?;
-        let setup = twin.as_ref().filter(|_| Twin::leading(self.setup, &active).is_some());
-        let setup = setup.map_or(self.setup, |twin| twin.setup(self.setup));
+        let twin = match Twin::leading(self.setup, &active) {
+            Some(_) => leading_at(self.setup, &self.active(present), x)?,
+            None => None,
+        };
+        let setup = Twin::setup_or(twin.as_ref(), self.setup);
         for times in 0..GENTLER_TIMES {
             let part = GENTLER.powi(times);
             let give_way = Some(size(part)).filter(|give| is_inside(&bounds, given(*give)));

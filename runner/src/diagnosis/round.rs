@@ -12,7 +12,7 @@ use super::verdict::{is_told_of_a_small_gap, weight_of_something_else};
 use crate::fit::{EvaluationFailure, FitError, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, Tangent, chi_squares, fit, foreseen_end};
-use crate::inference::rough::leading_at;
+use crate::inference::rough::{Twin, leading_at};
 use crate::inference::{Setup, Signature};
 use crate::noise::{Covariance, NoiseModel};
 use nalgebra::DVector;
@@ -88,9 +88,21 @@ impl Asked<'_> {
         }
     }
 
-    /// Signatures, significance and refits around a plain fit.
-    pub fn round(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
-        let mut round = self.look(plain, say)?;
+    /// The plain model fitted from another start, where it ends with less than this chi^2.
+    pub fn lower_plain(
+        &self,
+        start: &[f64],
+        chi_square: f64,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Fit>, DiagnosisError> {
+        let end = self.plain_end(start, say)?;
+        let Some((end, _)) = end.filter(|(_, foreseen)| *foreseen < chi_square) else { return Ok(None) };
+        let lower = self.plain(&end, say)?;
+        Ok(Some(lower).filter(|lower| lower.solution.chi_square < chi_square))
+    }
+
+    /// With refits, where there is a gap.
+    pub fn refitted(&self, mut round: Round, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
         if round.significance.probability <= self.effort.thresholds.significant {
             let &Self {
                 setup,
@@ -142,7 +154,7 @@ impl Asked<'_> {
     ) -> Result<Round, DiagnosisError> {
         let thresholds = self.effort.thresholds;
         if before.plain.solution.chi_square - plain.solution.chi_square > thresholds.decisive {
-            return self.round(plain, say);
+            return self.refitted(self.look(plain, say)?, say);
         }
         let mut round = self.look(plain, say)?;
         if round.significance.probability <= thresholds.significant {
@@ -154,7 +166,7 @@ impl Asked<'_> {
     }
 
     /// Signatures and significance around a plain fit, without refits.
-    fn look(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
+    pub fn look(&self, plain: Fit, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
         let &Self { setup, candidates, effort, .. } = self;
         let observations = setup.observations;
         say(format!("screening {} effects", candidates.len()));
@@ -245,7 +257,7 @@ impl<'a> Elsewhere<'a> {
         x: &'a [f64],
     ) -> Result<Option<Self>, EvaluationFailure> {
         let twin = leading_at(setup, &[], x)?;
-        let setup = twin.as_ref().map_or(setup, |twin| twin.setup(setup));
+        let setup = Twin::setup_or(twin.as_ref(), setup);
         let there = Tangent::at(setup, &[], covariance, &plain.prior, x);
         let Some(tangent) = EvaluationFailure::or_none(there)? else { return Ok(None) };
         let chi_square = chi_squares(setup, &[], covariance, &[x.to_vec()])?[0];

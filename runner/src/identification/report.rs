@@ -9,6 +9,7 @@ use crate::inference::derived::material_quantities;
 use crate::inference::posterior::{PosteriorError, SamplePlan, posterior};
 use crate::inference::problem::ForceProblem;
 use crate::inference::requests::{display_unit, symbol};
+use crate::inference::rough::Twin;
 use crate::inference::valley::bends;
 use crate::inference::{Resolution, Setup, Statistics, Values};
 use crate::noise::{Covariance, Observation, Weights, noise_model};
@@ -62,7 +63,7 @@ pub fn report(
     // The fit's own runs have the derivatives, but where a rough model stands for them; those of other tests need none.
     let twin = identification.found.twin.as_ref();
     let derivatives = twin.is_none() && ForceProblem::new(c.setup, &[]).exact_columns() > 0;
-    let around = twin.map_or(c.setup, |twin| twin.setup(c.setup));
+    let around = Twin::setup_or(twin, c.setup);
     let fitted = c.setup.observations;
     let (mut missing, mut measured, mut descriptions) = (Vec::new(), Vec::new(), Vec::new());
     let mut before = 0;

@@ -63,7 +63,7 @@ impl<W: Whitening> Screening<'_, W> {
     /// Runs without and with an effect of some size, of a rougher model where that shows the change as well.
     fn submit(&self, candidate: &Candidate, size: f64) -> Change {
         let twin = Twin::leading(self.setup, &[candidate]);
-        let setup = twin.as_ref().map_or(self.setup, |twin| twin.setup(self.setup));
+        let setup = Twin::setup_or(twin.as_ref(), self.setup);
         let submit = |active: &[(&Candidate, f64)]| {
             setup.submit(self.x, &[self.present, active].concat(), false, Priority::Speculative)
         };

@@ -47,6 +47,11 @@ impl Twin {
     pub fn setup<'a>(&'a self, asked: Setup<'a>) -> Setup<'a> {
         Setup { unknowns: &self.unknowns, offset_mn: &self.offset_mn, ..asked }
     }
+
+    /// The rough model where there is one, or the one asked for.
+    pub fn setup_or<'a>(twin: Option<&'a Self>, asked: Setup<'a>) -> Setup<'a> {
+        twin.map_or(asked, |twin| twin.setup(asked))
+    }
 }
 
 /// Whether the model has a rough twin: it is poropunch's own, no coarser one, and nothing else of what makes it rough was chosen.

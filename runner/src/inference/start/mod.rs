@@ -109,16 +109,22 @@ impl Start {
         })
     }
 
-    /// The same number of branches, the first so fast that the ramp hides it: what a slow sensor, a soft machine or a surface found too
-    /// late keeps from the data, so that these do not tell it. And the contact drains in the time of the test, not of the ramp: relaxation
-    /// by flow and relaxation by viscosity are two explanations of one curve, each with its own minimum.
+    /// The same number of branches, one of them so fast that the ramp hides it, in the place of branch `dropped` where it has others: what a slow sensor, a
+    /// soft machine or a surface found too late keeps from the data, so that these do not tell it.
     #[must_use]
-    pub fn with_hidden_branch(mut self) -> Self {
+    pub fn with_hidden_branch(mut self, dropped: usize) -> Self {
         let hidden = Branch { shear_pa: self.instantaneous_pa(), tau_s: HIDDEN * self.shortest_ramp_s };
-        if self.branches.len() > 1 {
-            self.branches.remove(0);
+        if self.branches.len() > 1 && dropped < self.branches.len() {
+            self.branches.remove(dropped);
         }
         self.branches.insert(0, hidden);
+        self
+    }
+
+    /// The same with a contact that drains in the time of the test, not of the ramp: relaxation by flow and relaxation by viscosity are
+    /// two explanations of one curve, each with its own minimum.
+    #[must_use]
+    pub fn slowly_draining(mut self) -> Self {
         self.permeability_m2 *= (self.shortest_ramp_s / self.longest_s).min(1.0);
         self
     }

@@ -102,6 +102,25 @@ fn what_the_user_named_stays() {
 }
 
 #[test]
+fn a_hidden_branch_takes_the_place_that_is_named() {
+    let branches = [(1.0, 100.0), (50.0, 10.0)].map(|(tau_s, shear_pa)| Branch { shear_pa, tau_s });
+    let (rig, depth) = rigs()[0];
+    let m = measured(&rig, (200.0, &[(1.0, 100.0)]), depth, 0.2, 0.002);
+    let told = Start { branches: branches.to_vec(), ..Start::of(&[&m], &known(rig), 2..=2).unwrap() };
+    for (dropped, kept) in [(0, branches[1]), (1, branches[0])] {
+        let hidden = told.clone().with_hidden_branch(dropped);
+        assert_eq!(hidden.branches.len(), 2);
+        assert!(
+            hidden.branches[0].tau_s < 0.2 * told.shortest_ramp_s && hidden.branches[1] == kept,
+            "{hidden:?}"
+        );
+        assert_eq!(hidden.permeability_m2, told.permeability_m2);
+    }
+    let ratio = told.clone().slowly_draining().permeability_m2 / told.permeability_m2;
+    assert!((ratio / (told.shortest_ramp_s / told.longest_s) - 1.0).abs() < 1e-12, "{ratio}");
+}
+
+#[test]
 fn a_stiff_sample_frees_the_skeleton_and_a_silent_one_tells_nothing() {
     let (rig, depth) = rigs()[0];
     let m = measured(&rig, (5e4, &[(1.0, 1e4)]), depth, 0.2, 0.0);
