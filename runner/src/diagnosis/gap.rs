@@ -2,7 +2,7 @@
 
 use crate::inference::fit::Fit;
 use crate::inference::white_residual;
-use crate::noise::{Observation, hats_after_kinks};
+use crate::noise::{Observation, PER_DECADE, hats_after_kinks};
 use nalgebra::DVector;
 
 /// Points, by weight, that a mean needs: of fewer it is the noise's.
@@ -34,7 +34,8 @@ fn largest_mean(observations: &[Observation], values: &DVector<f64>, size: impl 
     for o in observations {
         let peak_mn = o.force_mn().iter().fold(0.0_f64, |peak, f| peak.max(f.abs()));
         let own = values.rows(before, o.len());
-        let hats = hats_after_kinks(o).into_iter().map(|(_, hat)| hat).filter(|hat| hat.sum() >= FEWEST);
+        let hats =
+            hats_after_kinks(o, PER_DECADE).into_iter().map(|(_, hat)| hat).filter(|hat| hat.sum() >= FEWEST);
         let means = hats.map(|hat| 100.0 * size(hat.dot(&own) / hat.sum()) / peak_mn);
         largest = means.fold(largest, f64::max);
         before += o.len();

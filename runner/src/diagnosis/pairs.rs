@@ -1,15 +1,15 @@
 //! The best effect together with a second one, which its rest shows, and that one with a better first.
 
-use super::confirming::Refit;
+use super::confirming::{Refit, adequacy};
 use super::diagnose::DiagnosisError;
 use super::looks::QUICK_ALIKE;
 use super::promise::{PROMISING, Promise};
 use super::screening::{Screened, Screening};
 use super::search::{Search, keep_better};
 use super::thresholds::Thresholds;
-use crate::fit::EvaluationFailure;
+use crate::fit::{EvaluationFailure, Solution};
 use crate::inference::Signature;
-use crate::inference::fit::linearised;
+use crate::inference::fit::{Fit, linearised};
 
 /// Second effects of different looks that are refitted with the best one.
 const QUICK_PARTNERS: usize = 2;
@@ -111,7 +111,7 @@ impl Search<'_> {
         self.refit_single(pair.members[k], start, say)
     }
 
-    /// What the rest of a single effect shows best, beyond what the effect's form may leave.
+    /// What the rest of a single effect shows best, beyond what the effect's form may leave; nothing where that is all but noise.
     fn looks_of_rest(&self, single: &Refit, shown: &[&Screened]) -> Result<Vec<Look>, EvaluationFailure> {
         let (fit, first) = (&single.fit, single.members[0]);
         let Some(alone) = shown.iter().find(|s| s.candidate == first) else { return Ok(vec![]) };
@@ -124,6 +124,17 @@ impl Search<'_> {
         let forms = effect.errors_of_form(self.setup.observations, &change_mn, self.thresholds.form);
         let covariance = fit.covariance.with(forms);
         let linear = linearised(&fit.jacobian_mn, &fit.gap_mn, &covariance, &fit.prior, &fit.solution.x);
+        let chi_square = linear.residual.norm_squared();
+        let beside_forms = Fit {
+            solution: Solution { chi_square, ..fit.solution.clone() },
+            linear,
+            covariance,
+            ..fit.clone()
+        };
+        if adequacy(self.setup, &beside_forms) > self.thresholds.significant {
+            return Ok(vec![]);
+        }
+        let Fit { linear, covariance, .. } = beside_forms;
         let family = |k: usize| &self.candidates[k].effect.family;
         let others = shown.iter().filter(|s| family(s.candidate) != family(first));
         let screening = Screening {

@@ -23,7 +23,7 @@ mod tests;
 pub mod weights;
 
 pub use low_rank::{Common, Covariance, UncertainSize};
-pub use numerical::{hats, hats_after_kinks, refinement};
+pub use numerical::{PER_DECADE, hats, hats_after_kinks, refinement};
 pub use observation::{Observation, ObservationError};
 pub use specimens::{TestNoise, check};
 pub use weights::{Uncertainty, Weights};
@@ -103,14 +103,17 @@ pub fn noise_model(
 }
 
 /// Errors of an effect's form: nature's change of the force has not the shape that the catalogue computes (`change_mn`, mN, all
-/// points) but one that deviates by this part of it, otherwise in each half decade of the time since a kink.
+/// points) but one that deviates by this part of it, otherwise in each half decade of the time since a kink, and by half as much more
+/// between these: a smooth curve deviates from its chords by the less the shorter they are.
 pub fn form_errors(observations: &[Observation], change_mn: &DVector<f64>, part: f64) -> Vec<Common> {
     let total = change_mn.len();
     let mut before = 0;
     let mut common = Vec::new();
     for (observation, own_mn) in observations.iter().zip(by_test(observations, change_mn.as_slice())) {
-        let errors = numerical::errors_after_kinks(observation, &own_mn, part, "form");
-        common.extend(errors.map(|c| embed(c, before, total)));
+        for size in [(part, numerical::PER_DECADE), (0.5 * part, 2.0 * numerical::PER_DECADE)] {
+            let errors = numerical::errors_after_kinks(observation, &own_mn, size, "form");
+            common.extend(errors.map(|c| embed(c, before, total)));
+        }
         before += observation.len();
     }
     common

@@ -16,7 +16,7 @@ const CONTACT: f64 = 2e-3;
 /// Contact changes while the force is about this part of the peak or less.
 const CHANGING: f64 = 0.1;
 /// Knots per decade of time.
-const PER_DECADE: f64 = 2.0;
+pub const PER_DECADE: f64 = 2.0;
 
 /// Part of that error which one cycle does not share with the others: a program makes the same error in the same
 /// motion, but for what it remembers of the cycles before.
@@ -65,7 +65,7 @@ const FIRST_S: f64 = 1e-2;
 
 /// The error of the simulation: independent errors after each kink, as parts of the computed force (mN).
 pub fn slow_errors(observation: &Observation, force_mn: &DVector<f64>) -> Vec<Common> {
-    errors_after_kinks(observation, force_mn, RELATIVE, "simulation")
+    errors_after_kinks(observation, force_mn, (RELATIVE, PER_DECADE), "simulation")
         .map(|c| Common { relative: true, ..c })
         .collect()
 }
@@ -86,16 +86,18 @@ pub fn contact_errors<'a>(
         if is_held { peak_mn * (-force_mn[i] / (CHANGING * peak_mn)).exp() } else { 0.0 }
     };
     let curve_mn = DVector::from_fn(force_mn.len(), |i, _| size_mn(i));
-    errors_after_kinks(observation, &curve_mn, CONTACT, "contact").collect::<Vec<_>>().into_iter()
+    errors_after_kinks(observation, &curve_mn, (CONTACT, PER_DECADE), "contact")
+        .collect::<Vec<_>>()
+        .into_iter()
 }
 
 /// Independent errors over the time since each kink of the motion, where every program begins anew with small steps and every
-/// effect with its fastest part, each of a size that is this part of `curve_mn` (mN). The cycles share them but for `OWN`
-/// of them: taken as independent, they would average out over the cycles.
+/// effect with its fastest part, each of a size that is this part of `curve_mn` (mN), with so many knots per decade. The cycles
+/// share them but for `OWN` of them: taken as independent, they would average out over the cycles.
 pub fn errors_after_kinks(
     observation: &Observation,
     curve_mn: &DVector<f64>,
-    part: f64,
+    (part, per_decade): (f64, f64),
     what: &str,
 ) -> impl Iterator<Item = Common> {
     let error = move |name: String, shape: DVector<f64>, share: f64| {
@@ -103,7 +105,7 @@ pub fn errors_after_kinks(
         Common::additive(name, shape.component_mul(curve_mn) * (share * part)).of_the_model()
     };
     let own = if observation.cycles.len() > 1 { OWN } else { 0.0 };
-    let hats = hats_after_kinks(observation);
+    let hats = hats_after_kinks(observation, per_decade);
     let shared = sum_by_key(hats.iter().map(|((_, leg, knot), hat)| ((*leg, *knot), hat)));
     let common = (1.0 - own * own).sqrt();
     let of_one = move |((cycle, leg, knot), hat)| {
@@ -115,7 +117,7 @@ pub fn errors_after_kinks(
 }
 
 /// Hat functions over the decades of the time since the kink that begins each leg of the motion: cycle, leg, knot.
-pub fn hats_after_kinks(observation: &Observation) -> Vec<((usize, u8, i32), DVector<f64>)> {
+pub fn hats_after_kinks(observation: &Observation, per_decade: f64) -> Vec<((usize, u8, i32), DVector<f64>)> {
     let n = observation.len();
     let time_s = &observation.time_s;
     let leg = |i: usize| (observation.cycle[i], leg(observation.phases[i]));
@@ -124,8 +126,8 @@ pub fn hats_after_kinks(observation: &Observation) -> Vec<((usize, u8, i32), DVe
     while begin < n {
         let end = (begin..n).find(|&i| leg(i) != leg(begin)).unwrap_or(n);
         let kink_s = time_s[begin.saturating_sub(1)];
-        let decade = |i: usize| PER_DECADE * (time_s[i] - kink_s).max(FIRST_S).log10();
-        let (first, last) = (PER_DECADE * FIRST_S.log10(), decade(end - 1));
+        let decade = |i: usize| per_decade * (time_s[i] - kink_s).max(FIRST_S).log10();
+        let (first, last) = (per_decade * FIRST_S.log10(), decade(end - 1));
         for knot in first.floor() as i32..=last.ceil() as i32 {
             let mut hat = DVector::zeros(n);
             for i in begin..end {
