@@ -272,6 +272,24 @@ fn an_effect_may_have_another_form_where_it_acts_and_only_there() {
     assert!(form < 0.25 && (elsewhere - 1.0).abs() < 1e-3, "{form} {elsewhere}");
 }
 
+#[test]
+fn a_lag_of_two_stages_is_another_form_of_one_of_one() {
+    let observations = tests(4, true, 0.0);
+    let noise = of(&observations);
+    // What a lag of 1.5 s in all changes behind a ramp: 10 mN at its end.
+    let after = |change: &dyn Fn(f64) -> f64| {
+        let one: Vec<f64> = truth().iter().map(|p| (p.0 - 1.1) / 1.5).collect();
+        let one: Vec<f64> = one.iter().map(|s| if *s < 0.0 { 0.0 } else { 10.0 * change(*s) }).collect();
+        nalgebra::DVector::from_vec([one.clone(), one].concat())
+    };
+    let one_stage = after(&|s| (-s).exp());
+    let two_stages = after(&|s| (1.0 + s) * (-2.0 * s).exp());
+    let known = noise.covariance.with(form_errors(&observations, &one_stage, 0.3));
+    let rest = known.apply(&(two_stages - &one_stage)).norm_squared();
+    // Straight lines between half decades leave 168.
+    assert!(rest < 50.0, "{rest}");
+}
+
 /// Ramp of 1 s to 0.2 mm, hold; the force goes with the power 1.5 of the depth, as a sphere's, and is recorded once.
 fn record(swing_m: f64) -> (Observation, DVector<f64>) {
     let time_s: Vec<f64> = (0..600).map(|i| 0.01 * f64::from(i)).collect();
