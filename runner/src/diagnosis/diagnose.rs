@@ -150,7 +150,7 @@ pub fn diagnose(
     let asked = asked(&noise);
     let mut round = asked.look(asked.plain(&start, say)?, say)?;
     // What no start closes is a gap.
-    while round.significance.probability <= effort.thresholds.significant
+    while round.has_gap(effort.thresholds.significant)
         && let Some(from) = starts.next()
     {
         if let Some(lower) = asked.lower_plain(from, round.plain.solution.chi_square - LOWER, say)? {

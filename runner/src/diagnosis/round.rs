@@ -60,6 +60,11 @@ pub struct Significance {
 }
 
 impl Round {
+    /// Whether there is a gap: more than noise passes so seldom.
+    pub fn has_gap(&self, significant: f64) -> bool {
+        self.significance.probability <= significant
+    }
+
     /// Whether the gap is smaller than what matters.
     pub fn is_small(&self, matters_percent: f64) -> bool {
         self.percent_beside_known_errors < matters_percent
@@ -103,7 +108,7 @@ impl Asked<'_> {
 
     /// With refits, where there is a gap.
     pub fn refitted(&self, mut round: Round, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
-        if round.significance.probability <= self.effort.thresholds.significant {
+        if round.has_gap(self.effort.thresholds.significant) {
             let &Self {
                 setup,
                 others,
@@ -153,11 +158,11 @@ impl Asked<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Round, DiagnosisError> {
         let thresholds = self.effort.thresholds;
-        if before.plain.solution.chi_square - plain.solution.chi_square > thresholds.decisive {
-            return self.refitted(self.look(plain, say)?, say);
-        }
         let mut round = self.look(plain, say)?;
-        if round.significance.probability <= thresholds.significant {
+        if before.plain.solution.chi_square - round.plain.solution.chi_square > thresholds.decisive {
+            return self.refitted(round, say);
+        }
+        if round.has_gap(thresholds.significant) {
             let beside = (&round.plain, &round.something_else);
             let refits = before.refits.into_iter().map(|r| r.beside(&before.plain, beside));
             round.refits = refits.collect();

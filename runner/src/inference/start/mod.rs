@@ -109,8 +109,8 @@ impl Start {
         })
     }
 
-    /// The same number of branches, one of them so fast that the ramp hides it, in the place of branch `dropped` where it has others: what a slow sensor, a
-    /// soft machine or a surface found too late keeps from the data, so that these do not tell it.
+    /// The same number of branches, one of them so fast that the ramp hides it, in the place of branch `dropped` where there are others:
+    /// what a slow sensor, a soft machine or a surface found too late keeps from the data, so that these do not tell it.
     #[must_use]
     pub fn with_hidden_branch(mut self, dropped: usize) -> Self {
         let hidden = Branch { shear_pa: self.instantaneous_pa(), tau_s: HIDDEN * self.shortest_ramp_s };
