@@ -70,6 +70,36 @@ pub fn write_file_in_parts(
 /// How names of files begin that are not whole yet: only a process that was killed leaves one behind.
 const UNFINISHED: &str = ".poropunch-unfinished-";
 
+/// Checks that nothing is where a file is to be written that must not be lost.
+///
+/// # Errors
+/// When there is; `option` is the one that names another place.
+pub fn check_free(file: &Path, option: &str) -> Result<(), OutputError> {
+    match file.symlink_metadata() {
+        Ok(_) => Err(taken(file, option)),
+        Err(_) => Ok(()),
+    }
+}
+
+/// Makes a directory that no other run may fill, too.
+///
+/// # Errors
+/// When it is there, or cannot be made; `option` is the one that names another place.
+pub fn claim_directory(directory: &Path, option: &str) -> Result<(), OutputError> {
+    let parent = directory.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let made = std::fs::create_dir_all(parent).and_then(|()| std::fs::create_dir(directory));
+    made.map_err(|e| match e.kind() {
+        std::io::ErrorKind::AlreadyExists => taken(directory, option),
+        _ => OutputError { file: directory.to_owned(), reason: reason(&e) },
+    })
+}
+
+fn taken(path: &Path, option: &str) -> OutputError {
+    let reason =
+        format!("it exists, and another run made or makes it; choose another with {option}, or move it away");
+    OutputError { file: path.to_owned(), reason }
+}
+
 /// Checks that a file that is written by other means, the FMU's, may be replaced.
 ///
 /// # Errors

@@ -27,6 +27,32 @@ fn the_model_s_mesh_is_refused_for_the_wide_ground() {
     assert!(told.contains("--mesh") && told.contains("--ground near"), "{told}");
 }
 
+/// Nothing of a challenge is lost to another one: neither its cases, nor its key, nor what opens it.
+#[test]
+fn a_challenge_is_not_made_over_another_one() {
+    let d = directory();
+    let place = |name: &str| d.path().join(name);
+    let make = |out: &str, key: &str, secret: &str| {
+        let [out, key, secret] = [out, key, secret].map(|name| text(&place(name)).to_owned());
+        let asked = "challenge make --cases 1 --kinds null --ground near --mesh coarse".split(' ');
+        let places = ["--out", &out, "--key", &key, "--secret", &secret];
+        asked.chain(places).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let refused = |all: &[String]| one_line(&fail(&all.iter().map(String::as_str).collect::<Vec<_>>()));
+    succeed(&make("one", "one.key", "one.secret").iter().map(String::as_str).collect::<Vec<_>>());
+    let before = ["one.key", "one.secret"].map(|file| std::fs::read(place(file)).unwrap());
+    for (option, all) in [
+        ("--out", make("one", "two.key", "two.secret")),
+        ("--key", make("two", "one.key", "two.secret")),
+        ("--secret", make("two", "two.key", "one.secret")),
+    ] {
+        let told = refused(&all);
+        assert!(told.contains(option) && told.contains("another run"), "{told}");
+    }
+    assert_eq!(before, ["one.key", "one.secret"].map(|file| std::fs::read(place(file)).unwrap()));
+    assert!(!place("two/cases").exists(), "nothing is left of what was refused");
+}
+
 /// Two batches are scored as one, and no key is opened while a case of any of them has no answer.
 #[test]
 fn several_batches_need_a_secret_each_and_all_their_answers() {

@@ -202,7 +202,9 @@ fn servers_and_challenges_are_told_by_a_job() {
     };
     let first = cases("cases");
     let again = d.path().join("again");
-    succeed(&["challenge", "make", "--job", text(&kept), "--out", text(&again)]);
+    let secret = d.path().join("again.secret");
+    let elsewhere = ["--out", text(&again), "--secret", text(&secret)];
+    succeed(&[&["challenge", "make", "--job", text(&kept)][..], &elsewhere].concat());
     assert_eq!(first, cases("again"));
     assert!(!d.path().join("cases/poropunch.toml").exists(), "the seed is not told beside the cases");
     say(&format!("[challenge.answer]\nfolder = \"{}\"\nquick = true\nfast = true\n", text(&again)));

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
+/// Folder of the cases in that of a challenge.
+pub const CASES: &str = "cases";
 /// Name of the file with the key's hash, in the folder of the cases.
 pub const SEAL: &str = "key.blake3";
 

@@ -4,9 +4,9 @@ use super::by_engine::ByEngine;
 use super::by_maker::ByMaker;
 use super::draw::{Drawn, Kind, again, draw};
 use super::ground::Ground;
-use super::key::{CONTENT, Key, Replaced, SEAL, Secret, Solution, VISIBLE, hash, sealed};
+use super::key::{CASES, CONTENT, Key, Replaced, SEAL, Secret, Solution, VISIBLE, hash, sealed};
 use super::noise::{csv, measured_n};
-use super::oracle::seen;
+use super::oracle::Oracle;
 use super::simulate::{Source, Test, tests};
 use crate::data::{DataError, Measurement, Wanted, read_str};
 use crate::engine::Engine;
@@ -15,7 +15,7 @@ use crate::inference::ParameterError;
 use crate::inference::fit::FitFailure;
 use crate::noise::ObservationError;
 use crate::output::mark::marked;
-use crate::output::{OutputError, write_file};
+use crate::output::{OutputError, check_free, claim_directory, write_file};
 use crate::pool::RunFailure;
 use crate::setting::SettingError;
 use poropunch::motion::protocol::ProtocolError;
@@ -124,6 +124,8 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
         Ground::Near => &by_engine,
         Ground::Wide => &by_maker,
     };
+    check_free(plan.key, "--key")?;
+    claim_directory(&plan.out.join(CASES), "--out")?;
     let mut maker = Maker { engine, plan, tests: tests(plan.cycles)?, source, replaced: vec![] };
     let mut cases = Vec::new();
     for (number, drawn) in draw(plan.seed, plan.cases, plan.kinds, plan.ground).into_iter().enumerate() {
@@ -200,11 +202,18 @@ impl Maker<'_> {
         let (files, measurements) = self.recorded(&drawn, &readings[0])?;
         let alone = if readings.len() > 2 { &readings[2..] } else { &readings[..drawn.causes.len()] };
         let changes: Vec<Vec<f64>> = alone.iter().map(|r| change_mn(r, &readings[1])).collect();
-        let seen = seen(self.engine, &drawn, &self.plan.numerics, &measurements, &changes)?;
+        let seen = match changes[..] {
+            [] => vec![],
+            _ => self.oracle(&drawn, &measurements)?.seen(&changes)?,
+        };
         let (visibility, gap_percent) = seen.iter().map(|s| (s.score, s.gap_percent)).unzip();
         let effects = drawn.causes.iter().filter_map(|c| c.effect().map(str::to_owned)).collect();
         let truth_mn = readings[0].iter().map(|r| r.iter().map(|f| f * 1e3).collect()).collect();
         Ok((Solution { drawn, effects, visibility, gap_percent, truth_mn }, files))
+    }
+
+    fn oracle(&self, drawn: &Drawn, measurements: &[Measurement]) -> Result<Oracle<'_>, MakeError> {
+        Oracle::new(self.engine, drawn, &self.plan.numerics, measurements)
     }
 
     /// Files of a case, and what they say.
@@ -213,7 +222,7 @@ impl Maker<'_> {
         drawn: &Drawn,
         readings_n: &[Vec<f64>],
     ) -> Result<(Files, Vec<Measurement>), MakeError> {
-        let folder = self.plan.out.join("cases").join(&drawn.id);
+        let folder = self.plan.out.join(CASES).join(&drawn.id);
         let (mut files, mut measurements) = (Files::new(), Vec::new());
         for (test, measured) in self.tests.iter().zip(&measured_n(drawn, &self.tests, readings_n)) {
             let path = folder.join(format!("{}.csv", test.name));
@@ -234,7 +243,7 @@ impl Maker<'_> {
             let mut changes: Vec<_> = readings[1..].iter().map(|r| change_mn(r, &readings[0])).collect();
             // Those that are not computed yet change nothing.
             changes.resize(drawn.causes.len(), vec![0.0; changes[0].len()]);
-            let seen = seen(self.engine, drawn, &self.plan.numerics, &measurements, &changes)?;
+            let seen = self.oracle(drawn, &measurements)?.seen_linearly(&changes)?;
             Ok::<_, MakeError>(seen[..causes].iter().any(|s| s.score < SURELY_HIDDEN * VISIBLE))
         };
         // What cannot be computed is told where the case is made.

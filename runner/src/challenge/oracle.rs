@@ -1,8 +1,9 @@
 //! Whether anybody could see a cause, and whether it matters: what a refit leaves of its true change of the force, for somebody who
 //! knows the true parameters and the forms of all causes; of one of a pair, what a refit with the other one in any size leaves. No
-//! candidate of the catalogue comes into it. The refit is linear at the true parameters; of a single cause it is carried to the
-//! minimum, as parameters that move far absorb more or less than their derivatives say: from the true parameters and, while the cause
-//! is visible, from where the data themselves would let a fit start, since the lowest minimum may be far from the truth.
+//! candidate of the catalogue comes into it. A refit linear at the true parameters tells at once what is far from visible. The others
+//! are carried to the minimum, as parameters that move far absorb more or less than their derivatives say: from the true parameters
+//! and, while the cause is visible, from where the data themselves would let a fit start, since the lowest minimum may be far from the
+//! truth.
 
 use super::draw::Drawn;
 use super::key::VISIBLE;
@@ -12,17 +13,20 @@ use crate::diagnosis::gap::gap_percent;
 use crate::diagnosis::plain_start::{PlainStarts, plain_starts};
 use crate::engine::Engine;
 use crate::fit::{FitError, Problem as _, Whitening as _};
-use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, fit, linearised};
+use crate::inference::fit::{Depth, FitFailure, FitPlan, fit, linearised};
 use crate::inference::requests::Defaults;
 use crate::inference::{ForceProblem, Requests, Setup, Unknowns};
 use crate::noise::observation::observe;
-use crate::noise::{Covariance, Weights, noise_model};
+use crate::noise::{Common, Covariance, Observation, Weights, noise_model};
 use crate::setting::written;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
 /// Singular values below this are none.
 const ROUNDING: f64 = 1e-12;
+
+/// Size of another cause, over its true one, that a refit takes for nothing unusual: any.
+const ANY_SIZE: f64 = 100.0;
 
 /// Evaluations of a refit to its minimum.
 const EVALUATIONS: usize = 40;
@@ -36,55 +40,139 @@ pub struct Seen {
     pub gap_percent: f64,
 }
 
-/// Of changes of the reading (mN, all tests one after the other) against the plain reading.
-pub fn seen(
-    engine: &Engine,
-    drawn: &Drawn,
-    numerics: &BTreeMap<String, f64>,
-    measurements: &[Measurement],
-    changes_mn: &[Vec<f64>],
-) -> Result<Vec<Seen>, MakeError> {
-    if changes_mn.is_empty() {
-        return Ok(vec![]);
+/// Who knows the truth of a case.
+pub struct Oracle<'a> {
+    engine: &'a Engine,
+    observations: Vec<Observation>,
+    unknowns: Unknowns,
+    requests: Requests,
+    plain_mn: Vec<f64>,
+    jacobian_mn: DMatrix<f64>,
+    covariance: Covariance,
+    /// The Jacobian and the prior in units of the noise.
+    design: DMatrix<f64>,
+}
+
+impl<'a> Oracle<'a> {
+    /// Of what was measured of a drawn case.
+    ///
+    /// # Errors
+    /// When the plain model cannot be computed.
+    pub fn new(
+        engine: &'a Engine,
+        drawn: &Drawn,
+        numerics: &BTreeMap<String, f64>,
+        measurements: &[Measurement],
+    ) -> Result<Self, MakeError> {
+        let pairs = |map: &BTreeMap<String, f64>| {
+            map.iter().map(|(name, value)| written(engine.wiring(), name, *value)).collect::<Vec<_>>()
+        };
+        let is_free =
+            |name: &str| poropunch::variables::identifiable().any(|(v, i)| i.free && v.name == name);
+        let (start, known) = drawn.material.clone().into_iter().partition(|(name, _)| is_free(name));
+        let (start, known): (BTreeMap<_, _>, BTreeMap<_, _>) = (start, known);
+        let set = [pairs(numerics), pairs(&known)].concat();
+        let requests = Requests { set, start: pairs(&start), ..Requests::default() };
+        let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
+        let observations = observe(measurements, None)?;
+        let setup = Setup::new(engine, &observations, &unknowns);
+        let x = unknowns.start();
+        let (difference_mn, jacobian_mn) = ForceProblem::new(setup, &[]).with_jacobian(x)?;
+        let plain_mn: Vec<f64> = difference_mn.iter().zip(setup.measured_mn()).map(|(d, m)| d + m).collect();
+        let covariance = noise_model(&observations, &plain_mn, vec![], &Weights::default())?.covariance;
+        let gap_mn = -DVector::from_vec(difference_mn);
+        let design = linearised(&jacobian_mn, &gap_mn, &covariance, &unknowns.prior(), x).design;
+        Ok(Self { engine, observations, unknowns, requests, plain_mn, jacobian_mn, covariance, design })
     }
-    let pairs = |map: &BTreeMap<String, f64>| {
-        map.iter().map(|(name, value)| written(engine.wiring(), name, *value)).collect::<Vec<_>>()
-    };
-    let is_free = |name: &str| poropunch::variables::identifiable().any(|(v, i)| i.free && v.name == name);
-    let (start, known) = drawn.material.clone().into_iter().partition(|(name, _)| is_free(name));
-    let (start, known): (BTreeMap<_, _>, BTreeMap<_, _>) = (start, known);
-    let set = [pairs(numerics), pairs(&known)].concat();
-    let requests = Requests { set, start: pairs(&start), ..Requests::default() };
-    let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests)?;
-    let observations = observe(measurements, None)?;
-    let setup = Setup::new(engine, &observations, &unknowns);
-    let x = unknowns.start().to_vec();
-    let (difference_mn, jacobian_mn) = ForceProblem::new(setup, &[]).with_jacobian(&x)?;
-    let plain_mn: Vec<f64> = difference_mn.iter().zip(setup.measured_mn()).map(|(d, m)| d + m).collect();
-    let covariance = noise_model(&observations, &plain_mn, vec![], &Weights::default())?.covariance;
-    let gap_mn = -DVector::from_vec(difference_mn);
-    let design = linearised(&jacobian_mn, &gap_mn, &covariance, &unknowns.prior(), &x).design;
-    let changes_mn =
-        DMatrix::from_columns(&changes_mn.iter().map(|d| DVector::from_row_slice(d)).collect::<Vec<_>>());
-    let whitened = covariance.apply_columns(&changes_mn).resize_vertically(design.nrows(), 0.0);
-    let left = |k: usize| {
-        let others = (0..changes_mn.ncols()).filter(|j| *j != k).collect::<Vec<_>>();
-        let taken = beside(&design, &whitened.select_columns(&others));
-        let by = taken.clone().svd(true, true).solve(&whitened.column(k), ROUNDING).ok()?;
-        let score = (whitened.column(k) - taken * &by).norm();
-        let left_mn = changes_mn.column(k) - beside(&jacobian_mn, &changes_mn.select_columns(&others)) * by;
-        Some(Seen { score, gap_percent: gap_percent(&observations, &left_mn) })
-    };
-    let mut all: Vec<Seen> =
-        (0..changes_mn.ncols()).map(|k| left(k).ok_or(MakeError::NotFinite)).collect::<Result<_, _>>()?;
-    if let [single] = &mut all[..] {
-        let mut starts = vec![x];
-        for of_data in starts_of_data(setup, &requests)? {
-            starts.push(unknowns.clone().starting_at(&of_data).start().to_vec());
+
+    /// Of changes of the reading (mN, all tests one after the other) against the plain reading: what a linear refit leaves of each.
+    ///
+    /// # Errors
+    /// When one is no number.
+    pub fn seen_linearly(&self, changes_mn: &[Vec<f64>]) -> Result<Vec<Seen>, MakeError> {
+        let seen = |k: usize| {
+            let (own, others) = apart(changes_mn, k);
+            self.left(&own, &others, &self.jacobian_mn, &self.design)
+        };
+        (0..changes_mn.len()).map(seen).collect()
+    }
+
+    /// The same of refits that are carried to the minimum.
+    ///
+    /// # Errors
+    /// When one fails.
+    pub fn seen(&self, changes_mn: &[Vec<f64>]) -> Result<Vec<Seen>, MakeError> {
+        (0..changes_mn.len()).map(|k| self.refitted(changes_mn, k)).collect()
+    }
+
+    /// What some columns (mN, and with the prior in units of the noise) and others in any size leave of a change.
+    fn left(
+        &self,
+        change_mn: &DVector<f64>,
+        others_mn: &DMatrix<f64>,
+        columns_mn: &DMatrix<f64>,
+        whitened: &DMatrix<f64>,
+    ) -> Result<Seen, MakeError> {
+        let rows = whitened.nrows();
+        let white = |mn: &DMatrix<f64>| self.covariance.apply_columns(mn).resize_vertically(rows, 0.0);
+        let change = white(&DMatrix::from_columns(&[change_mn.clone()]));
+        let taken = beside(whitened, &white(others_mn));
+        let by = match taken.ncols() {
+            0 => DMatrix::zeros(0, 1),
+            _ => taken.clone().svd(true, true).solve(&change, ROUNDING).map_err(|_| MakeError::NotFinite)?,
+        };
+        let left_mn = change_mn - (beside(columns_mn, others_mn) * &by).column(0);
+        Ok(Seen {
+            score: (change - taken * by).norm(),
+            gap_percent: gap_percent(&self.observations, &left_mn),
+        })
+    }
+
+    /// What the best fit of the plain model, with the other changes in any size, leaves of one, of searches from several starts.
+    fn refitted(&self, changes_mn: &[Vec<f64>], k: usize) -> Result<Seen, MakeError> {
+        let (own, others) = apart(changes_mn, k);
+        let setup = Setup::new(self.engine, &self.observations, &self.unknowns);
+        let measured_mn = setup.measured_mn();
+        // A fit compares with what was measured: what this differs by from the force without noise is added to the model's.
+        let without_noise = self.plain_mn.iter().zip(own.iter());
+        let offset_mn: Vec<f64> =
+            measured_mn.iter().zip(without_noise).map(|(m, (plain, change))| m - plain - change).collect();
+        let setup = Setup { offset_mn: &offset_mn, ..setup };
+        let any_size = |change_mn: nalgebra::DVectorView<f64>| {
+            Common::additive("another cause".to_owned(), change_mn * ANY_SIZE)
+        };
+        let covariance = self.covariance.with(others.column_iter().map(any_size));
+        let mut starts = vec![self.unknowns.start().to_vec()];
+        for of_data in starts_of_data(setup, &self.requests)? {
+            starts.push(self.unknowns.clone().starting_at(&of_data).start().to_vec());
         }
-        *single = refitted(setup, &covariance, &starts, &plain_mn, &changes_mn)?;
+        let nothing = DMatrix::zeros(own.len(), 0);
+        let mut found: Option<(f64, Seen)> = None;
+        for start in starts {
+            let plan = FitPlan { start, evaluations: EVALUATIONS, depth: Depth::Minimum };
+            let other = match fit(setup, &[], &covariance, &plan, &mut |_| ()) {
+                // The truth can be computed; another start need not.
+                Err(FitFailure::Fit(FitError::StartFailed(_))) if found.is_some() => continue,
+                other => other?,
+            };
+            let chi_square = other.solution.chi_square;
+            if found.as_ref().is_none_or(|(least, _)| chi_square < *least) {
+                found = Some((chi_square, self.left(&other.gap_mn, &others, &nothing, &nothing)?));
+            }
+            // What one fit hides needs no other.
+            if found.as_ref().is_some_and(|(_, seen)| seen.score < VISIBLE) {
+                break;
+            }
+        }
+        found.map(|(_, seen)| seen).ok_or(MakeError::NotFinite)
     }
-    Ok(all)
+}
+
+/// One of some changes (mN), and the others.
+fn apart(changes_mn: &[Vec<f64>], k: usize) -> (DVector<f64>, DMatrix<f64>) {
+    let all =
+        DMatrix::from_columns(&changes_mn.iter().map(|d| DVector::from_row_slice(d)).collect::<Vec<_>>());
+    (all.column(k).into_owned(), all.remove_column(k))
 }
 
 /// Where fits to these data would start.
@@ -98,45 +186,9 @@ fn starts_of_data(setup: Setup, requests: &Requests) -> Result<Vec<Vec<f64>>, Ma
     starts.into_iter().flat_map(PlainStarts::all).map(one).collect()
 }
 
-/// What the best fit of the plain model leaves of a change (mN), of searches from several starts.
-fn refitted(
-    setup: Setup,
-    covariance: &Covariance,
-    starts: &[Vec<f64>],
-    plain_mn: &[f64],
-    change_mn: &DMatrix<f64>,
-) -> Result<Seen, MakeError> {
-    let measured_mn = setup.measured_mn();
-    // A fit compares with what was measured: what this differs by from the force without noise is added to the model's.
-    let offset_mn: Vec<f64> = measured_mn
-        .iter()
-        .zip(plain_mn.iter().zip(change_mn.column(0).iter()))
-        .map(|(measured, (plain, change))| measured - plain - change)
-        .collect();
-    let setup = Setup { offset_mn: &offset_mn, ..setup };
-    let score = |fit: &Fit| covariance.apply(&fit.gap_mn).norm();
-    let mut found: Option<Fit> = None;
-    for start in starts {
-        let plan = FitPlan { start: start.clone(), evaluations: EVALUATIONS, depth: Depth::Minimum };
-        let other = match fit(setup, &[], covariance, &plan, &mut |_| ()) {
-            // The truth can be computed; another start need not.
-            Err(FitFailure::Fit(FitError::StartFailed(_))) if found.is_some() => continue,
-            other => other?,
-        };
-        if found.as_ref().is_none_or(|best| other.solution.chi_square < best.solution.chi_square) {
-            found = Some(other);
-        }
-        // What one fit hides needs no other.
-        if found.as_ref().is_some_and(|best| score(best) < VISIBLE) {
-            break;
-        }
-    }
-    let found = found.ok_or(MakeError::NotFinite)?;
-    Ok(Seen { score: score(&found), gap_percent: gap_percent(setup.observations, &found.gap_mn) })
-}
-
 /// Columns of both.
 fn beside(first: &DMatrix<f64>, second: &DMatrix<f64>) -> DMatrix<f64> {
-    let columns: Vec<_> = first.column_iter().chain(second.column_iter()).collect();
-    DMatrix::from_columns(&columns)
+    let mut both = first.clone().resize_horizontally(first.ncols() + second.ncols(), 0.0);
+    both.columns_mut(first.ncols(), second.ncols()).copy_from(second);
+    both
 }

@@ -9,13 +9,13 @@ use super::terminal;
 use super::{CliResult, Ending};
 use crate::challenge::draw::Kind;
 use crate::challenge::ground::Ground;
-use crate::challenge::key::{SEAL, Secret, open};
+use crate::challenge::key::{CASES, SEAL, Secret, open};
 use crate::challenge::make::{Made, Plan, make};
 use crate::challenge::score::{Batch, Table, score};
 use crate::challenge::table::markdown;
 use crate::data::Reading;
 use crate::diagnosis::result::Diagnosis;
-use crate::output::{json, read_input, write_file};
+use crate::output::{check_free, json, read_input, write_file};
 use crate::setting::settings_from;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
@@ -154,6 +154,8 @@ fn make_cases(arguments: &Make, call: &Invocation) -> CliResult {
     };
     let own = own.iter().map(|s| (*s).to_owned());
     let settings: Vec<String> = own.chain(arguments.engine.settings(engine.wiring())?).collect();
+    // Found before hours of making, not after.
+    arguments.secret.iter().try_for_each(|file| check_free(file, "--secret"))?;
     let key = arguments.key.clone().unwrap_or_else(|| key_of(&arguments.out));
     let plan = Plan {
         seed: arguments.seed.unwrap_or_else(fresh_seed),
@@ -180,7 +182,7 @@ fn make_cases(arguments: &Make, call: &Invocation) -> CliResult {
     say!(
         "wrote {} cases to {}; the encrypted key is in {}, its hash in {}",
         arguments.cases,
-        arguments.out.join("cases").display(),
+        arguments.out.join(CASES).display(),
         key.display(),
         arguments.out.join(SEAL).display()
     );
@@ -204,7 +206,7 @@ fn fresh_seed() -> u64 {
 
 /// Folders of the cases, in alphabetical order.
 fn cases(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn std::error::Error>> {
-    let inside = folder.join("cases");
+    let inside = folder.join(CASES);
     let entries = std::fs::read_dir(&inside)
         .map_err(|e| format!("{} holds no cases: {e}; `challenge make` writes them", inside.display()))?;
     let mut all: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.is_dir()).collect();

@@ -15,9 +15,11 @@ pub trait Whitening {
 
     /// The whitened columns.
     fn apply_columns(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
-        let whitened: Vec<DVector<f64>> =
-            columns.column_iter().map(|c| self.apply(&c.into_owned())).collect();
-        DMatrix::from_columns(&whitened)
+        let mut whitened = columns.clone();
+        whitened
+            .column_iter_mut()
+            .for_each(|mut column| column.copy_from(&self.apply(&column.clone_owned())));
+        whitened
     }
 }
 
