@@ -23,8 +23,8 @@ fn main() -> Result<(), Error> {
         }
         _ => 20,
     };
-    let (engine, unknowns) = begin()?;
-    let found = diagnosed(&engine, &unknowns, &arguments)?;
+    let engine = begin()?;
+    let (found, unknowns) = diagnosed(&engine, &arguments)?;
     let Some(refit) = found.conclusion.decision.refit.map(|k| &found.round.refits[k]) else {
         return Err("no effect explains a gap of these data: there is no shrinkage".into());
     };

@@ -1,7 +1,7 @@
 //! Whether the test that a diagnosis proposes for a group would settle it.
 //!
 //! ```text
-//! cargo run --release -p runner --example next_experiments FOLDER ...     (each with P1.csv and P2.csv; coarse mesh, --quick)
+//! cargo run --release -p runner --example next_experiments PATH ...     (folders with P1.csv and P2.csv, or files; coarse mesh, --quick)
 //! ```
 //! Where the answer is a group, each of its members is taken to be true in turn: the test that is proposed first is simulated with it, and all
 //! members are refitted to what was measured and to this test together. The group is settled where every other member's chi^2 is worse by what
@@ -20,13 +20,17 @@ use std::path::Path;
 const SEED: u64 = 20_261_125;
 
 fn main() -> Result<(), Error> {
-    let (engine, unknowns) = begin()?;
+    let engine = begin()?;
     println!("| case | group | test | taken as true: worse by (chi^2) | settled |");
     println!("|---|---|---|---|---|");
     let (mut settled, mut asked) = (0, 0);
-    for folder in std::env::args().skip(1) {
-        let files = ["P1.csv", "P2.csv"].map(|test| Path::new(&folder).join(test));
-        let found = diagnosed(&engine, &unknowns, &files)?;
+    for path in std::env::args().skip(1) {
+        let place = Path::new(&path);
+        let files = match place.is_dir() {
+            true => ["P1.csv", "P2.csv"].map(|test| place.join(test)).to_vec(),
+            false => vec![place.to_owned()],
+        };
+        let (found, unknowns) = diagnosed(&engine, &files)?;
         if found.conclusion.decision.kind != Kind::Group {
             continue;
         }
@@ -58,7 +62,7 @@ fn main() -> Result<(), Error> {
         }
         let group: Vec<&str> = (0..members.len()).map(name).collect();
         println!(
-            "| {folder} | {} | {} | {} | {settled} of {asked} |",
+            "| {path} | {} | {} | {} | {settled} of {asked} |",
             group.join(", "),
             proposal.what,
             told.join("; ")

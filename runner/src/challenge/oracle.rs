@@ -10,11 +10,10 @@ use super::key::VISIBLE;
 use super::make::MakeError;
 use crate::data::Measurement;
 use crate::diagnosis::gap::gap_percent;
-use crate::diagnosis::plain_start::{PlainStarts, plain_starts};
+use crate::diagnosis::plain_start::PlainStarts;
 use crate::engine::Engine;
 use crate::fit::{FitError, Problem as _, Whitening as _};
 use crate::inference::fit::{Depth, FitFailure, FitPlan, fit, linearised};
-use crate::inference::requests::Defaults;
 use crate::inference::{ForceProblem, Requests, Setup, Unknowns};
 use crate::noise::observation::observe;
 use crate::noise::{Common, Covariance, Observation, Weights, noise_model};
@@ -115,7 +114,7 @@ impl<'a> Oracle<'a> {
     ) -> Result<Seen, MakeError> {
         let rows = whitened.nrows();
         let white = |mn: &DMatrix<f64>| self.covariance.apply_columns(mn).resize_vertically(rows, 0.0);
-        let change = white(&DMatrix::from_columns(&[change_mn.clone()]));
+        let change = white(&DMatrix::from_columns(std::slice::from_ref(change_mn)));
         let taken = beside(whitened, &white(others_mn));
         let by = match taken.ncols() {
             0 => DMatrix::zeros(0, 1),
@@ -143,9 +142,9 @@ impl<'a> Oracle<'a> {
         };
         let covariance = self.covariance.with(others.column_iter().map(any_size));
         let mut starts = vec![self.unknowns.start().to_vec()];
-        for of_data in starts_of_data(setup, &self.requests)? {
-            starts.push(self.unknowns.clone().starting_at(&of_data).start().to_vec());
-        }
+        // Where fits to these data would start.
+        let untold = Requests { start: vec![], ..self.requests.clone() };
+        starts.extend(PlainStarts::of(self.engine, &self.observations, &untold)?.all().map(<[f64]>::to_vec));
         let nothing = DMatrix::zeros(own.len(), 0);
         let mut found: Option<(f64, Seen)> = None;
         for start in starts {
@@ -173,17 +172,6 @@ fn apart(changes_mn: &[Vec<f64>], k: usize) -> (DVector<f64>, DMatrix<f64>) {
     let all =
         DMatrix::from_columns(&changes_mn.iter().map(|d| DVector::from_row_slice(d)).collect::<Vec<_>>());
     (all.column(k).into_owned(), all.remove_column(k))
-}
-
-/// Where fits to these data would start.
-fn starts_of_data(setup: Setup, requests: &Requests) -> Result<Vec<Vec<f64>>, MakeError> {
-    let engine = setup.engine;
-    let one = |defaults: Defaults| {
-        let requests = Requests { start: vec![], defaults, ..requests.clone() };
-        Ok(Unknowns::new(engine.wiring(), engine.is_own(), &requests)?.start().to_vec())
-    };
-    let starts = plain_starts(engine, setup.observations, requests)?;
-    starts.into_iter().flat_map(PlainStarts::all).map(one).collect()
 }
 
 /// Columns of both.

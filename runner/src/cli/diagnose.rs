@@ -15,18 +15,17 @@ use crate::data::{DataError, Measurement, Reading, Synchronised, Wanted, read_te
 use crate::diagnosis::declared::declared;
 use crate::diagnosis::diagnose::{DiagnosisError, Effort, Given, diagnose};
 use crate::diagnosis::page::page;
-use crate::diagnosis::plain_start::plain_starts;
+use crate::diagnosis::plain_start::PlainStarts;
 use crate::diagnosis::published;
 use crate::diagnosis::result::Diagnosis;
 use crate::diagnosis::summary::{About, summary};
 use crate::diagnosis::thresholds::Thresholds;
 use crate::diagnosis::wording::table;
 use crate::fit::{EvaluationFailure, FitError};
+use crate::inference::Requests;
 use crate::inference::Setup;
 use crate::inference::effect::Effect;
 use crate::inference::fit::FitFailure;
-use crate::inference::requests::Defaults;
-use crate::inference::{Requests, Unknowns};
 use crate::inspection::{Options, examine};
 use crate::noise::observation::observe;
 use crate::output::{Folder, json, protect};
@@ -191,24 +190,11 @@ pub fn diagnosis_of(
     measurements.iter().for_each(show_notes);
     let doubts: Vec<String> = measurements.iter().flat_map(Measurement::doubts).collect();
     let observations = observe(&measurements, height)?;
-    let of = |requests: &Requests| Unknowns::new(engine.wiring(), engine.is_own(), requests);
-    let (mut others, mut further) = (Vec::new(), Vec::new());
-    if let Some(starts) = plain_starts(&engine, &observations, &requests)? {
-        let mut begun = |defaults: Defaults| {
-            requests.defaults = defaults;
-            of(&requests).map(|unknowns| unknowns.start().to_vec())
-        };
-        others.push(begun(starts.hidden)?);
-        further = starts.further.into_iter().map(&mut begun).collect::<Result<_, _>>()?;
-        requests.defaults = starts.told;
-    }
     // Without the effect its parameter has the value that was declared.
     requests.set.extend(declared.iter().map(|d| written(engine.wiring(), &d.parameter, d.null)));
-    let unknowns = of(&requests)?;
-    for other in others.iter_mut().chain(&mut further) {
-        *other = unknowns.clone().starting_at(other).start().to_vec();
-    }
-    idle::bounds_and_starts(&arguments.bounds, &arguments.start, &unknowns)?;
+    let starts = PlainStarts::of(&engine, &observations, &requests)?;
+    let unknowns = &starts.unknowns;
+    idle::bounds_and_starts(&arguments.bounds, &arguments.start, unknowns)?;
     let effects: Vec<Effect> = declared.into_iter().map(|d| d.effect).collect();
 
     let progress = Progress::of_fit(0);
@@ -218,21 +204,21 @@ pub fn diagnosis_of(
         matters_percent: arguments.matters,
         thresholds: Thresholds::default().with(&arguments.threshold)?,
     };
-    let given = Given { others: &others, further: &further, sample_height_m: height, declared: &effects };
+    let given = Given { sample_height_m: height, declared: &effects };
     let mut say = |what: String| {
         if arguments.verbose {
             terminal::aside("text", &format!("{:.1} s: {what}", started.elapsed().as_secs_f64()));
         }
         progress.show(0, what);
     };
-    let found = diagnose(&engine, observations, &unknowns, given, effort, &mut say);
+    let found = diagnose(&engine, observations, &starts, given, effort, &mut say);
     progress.finish();
     let found = match found {
         Err(error) if is_interruption(&error) => return Ok(None),
         other => other?,
     };
     let about = About {
-        setup: Setup::new(&engine, &found.observations, &unknowns),
+        setup: Setup::new(&engine, &found.observations, unknowns),
         inspection: &inspection,
         command,
         quick: arguments.quick,

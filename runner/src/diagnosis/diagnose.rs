@@ -6,6 +6,7 @@ use super::experiments::{Proposal, proposals, rivals};
 use super::gap::gap_percent;
 use super::held_out::{Split, splits};
 use super::leftover::{Leftover, leftover};
+use super::plain_start::PlainStarts;
 use super::result::Kind;
 use super::round::{Asked, Round, linear_evidence};
 use super::screening::Screened;
@@ -99,10 +100,6 @@ pub struct Conclusion {
 /// What is known beside the tests.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Given<'a> {
-    /// Further points from which fits start, where nothing is missing of what an effect hides.
-    pub others: &'a [Vec<f64>],
-    /// Further ones, from which fits of the plain model start.
-    pub further: &'a [Vec<f64>],
     /// Height of the sample (m).
     pub sample_height_m: Option<f64>,
     /// The user's effects beside the catalogue's.
@@ -116,12 +113,14 @@ pub struct Given<'a> {
 pub fn diagnose(
     engine: &Engine,
     observations: Vec<Observation>,
-    unknowns: &Unknowns,
+    starts: &PlainStarts,
     given: Given<'_>,
     effort: Effort,
     say: &mut dyn FnMut(String),
 ) -> Result<Findings, DiagnosisError> {
-    let Given { others, further, sample_height_m, declared } = given;
+    let Given { sample_height_m, declared } = given;
+    let unknowns = &starts.unknowns;
+    let others = starts.hidden.as_slice();
     let observations = computable(engine, observations, unknowns, sample_height_m)?;
     let setup = Setup::new(engine, &observations, unknowns);
     let weights = Weights::default();
@@ -136,7 +135,7 @@ pub fn diagnose(
     let points: usize = observations.iter().map(|o| o.time_s.len()).sum();
     let mut least = f64::INFINITY;
     let mut start = unknowns.start().to_vec();
-    let mut starts = std::iter::once(unknowns.start()).chain(others.iter().chain(further).map(Vec::as_slice));
+    let mut starts = starts.all();
     while least > MEETS * points as f64
         && let Some(from) = starts.next()
     {

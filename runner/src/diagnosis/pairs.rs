@@ -7,9 +7,9 @@ use super::promise::{PROMISING, Promise};
 use super::screening::{Screened, Screening};
 use super::search::{Search, keep_better};
 use super::thresholds::Thresholds;
-use crate::fit::{EvaluationFailure, Solution};
+use crate::fit::EvaluationFailure;
 use crate::inference::Signature;
-use crate::inference::fit::{Fit, linearised};
+use crate::inference::fit::Fit;
 
 /// Second effects of different looks that are refitted with the best one.
 const QUICK_PARTNERS: usize = 2;
@@ -122,15 +122,7 @@ impl Search<'_> {
         };
         let effect = &self.candidates[first].effect;
         let forms = effect.errors_of_form(self.setup.observations, &change_mn, self.thresholds.form);
-        let covariance = fit.covariance.with(forms);
-        let linear = linearised(&fit.jacobian_mn, &fit.gap_mn, &covariance, &fit.prior, &fit.solution.x);
-        let chi_square = linear.residual.norm_squared();
-        let beside_forms = Fit {
-            solution: Solution { chi_square, ..fit.solution.clone() },
-            linear,
-            covariance,
-            ..fit.clone()
-        };
+        let beside_forms = fit.beside(forms);
         if adequacy(self.setup, &beside_forms) > self.thresholds.significant {
             return Ok(vec![]);
         }

@@ -1,48 +1,58 @@
 //! Where fits of the plain model start.
 
 use crate::engine::Engine;
-use crate::inference::Requests;
 use crate::inference::requests::Defaults;
 use crate::inference::start::{Mentioned, Start};
+use crate::inference::{ParameterError, Requests, Unknowns};
 use crate::noise::Observation;
-use crate::setting::SettingError;
 
 /// Viscous branches of the plain model, as in the paper: a third one is an effect.
 const BRANCHES: usize = 2;
 
 /// Where fits of the plain model start.
 pub struct PlainStarts {
-    /// Where the data say.
-    pub told: Defaults,
-    /// With a branch that they hide in the place of the fastest, and a contact that drains in the time of the test.
-    pub hidden: Defaults,
+    /// What is fitted; it starts where the data say.
+    pub unknowns: Unknowns,
+    /// With a branch that they hide in the place of the fastest, and a contact that drains in the time of the test: nothing is missing there
+    /// of what an effect hides. None for another FMU than poropunch's.
+    pub hidden: Option<Vec<f64>>,
     /// The same in the place of the slowest, which may follow a drift of the force; and where the data say, with that contact.
-    pub further: [Defaults; 2],
+    pub further: Vec<Vec<f64>>,
 }
 
 impl PlainStarts {
-    /// All of them.
-    pub fn all(self) -> impl Iterator<Item = Defaults> {
-        [self.told, self.hidden].into_iter().chain(self.further)
-    }
-}
-
-/// Where fits of the plain model start; none for another FMU than poropunch's.
-///
-/// # Errors
-/// A setting that cannot be used.
-pub fn plain_starts(
-    engine: &Engine,
-    observations: &[Observation],
-    requests: &Requests,
-) -> Result<Option<PlainStarts>, SettingError> {
-    let told = Start::told_by(engine, observations, requests, BRANCHES..=BRANCHES)?;
-    Ok(told.map(|(told, mentioned)| {
+    /// For some tests and requests.
+    ///
+    /// # Errors
+    /// A request that cannot be met.
+    pub fn of(
+        engine: &Engine,
+        observations: &[Observation],
+        requests: &Requests,
+    ) -> Result<Self, ParameterError> {
+        let of = |requests: &Requests| Unknowns::new(engine.wiring(), engine.is_own(), requests);
+        let Some((told, mentioned)) = Start::told_by(engine, observations, requests, BRANCHES..=BRANCHES)?
+        else {
+            return Ok(Self { unknowns: of(requests)?, hidden: None, further: vec![] });
+        };
         // A weak skeleton is an effect that is asked about, too.
         let mentioned = Mentioned { lambda_star: true, ..mentioned };
+        let at = |start: Start| {
+            let defaults: Defaults = start.defaults(mentioned);
+            of(&Requests { defaults, ..requests.clone() })
+        };
+        let beginning = |start: Start| at(start).map(|unknowns| unknowns.start().to_vec());
         let hidden = |dropped: usize| told.clone().with_hidden_branch(dropped).slowly_draining();
-        let all = [told.clone(), hidden(0), hidden(BRANCHES - 1), told.clone().slowly_draining()];
-        let [told, hidden, slowest_dropped, slowly_draining] = all.map(|start| start.defaults(mentioned));
-        PlainStarts { told, hidden, further: [slowest_dropped, slowly_draining] }
-    }))
+        Ok(Self {
+            hidden: Some(beginning(hidden(0))?),
+            further: vec![beginning(hidden(BRANCHES - 1))?, beginning(told.clone().slowly_draining())?],
+            unknowns: at(told)?,
+        })
+    }
+
+    /// All of them, in the order in which they are tried.
+    pub fn all(&self) -> impl Iterator<Item = &[f64]> {
+        let others = self.hidden.iter().chain(&self.further);
+        std::iter::once(self.unknowns.start()).chain(others.map(Vec::as_slice))
+    }
 }

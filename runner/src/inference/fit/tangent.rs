@@ -5,7 +5,7 @@ use crate::fit::{EvaluationFailure, Prior, Problem, Solution, Whitening};
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::linearised::Linearised;
 use crate::inference::magnitude::prior_weight;
-use crate::noise::Covariance;
+use crate::noise::{Common, Covariance};
 use nalgebra::{DMatrix, DVector};
 
 /// A model, linearised.
@@ -107,6 +107,15 @@ impl Fit {
         solution.x.iter_mut().zip(step.iter()).for_each(|(x, step)| *x += step);
         solution.chi_square = linear.residual.norm_squared();
         Some(Self { solution, linear, gap_mn, jacobian_mn, covariance, ..self.clone() })
+    }
+
+    /// What it leaves beside more errors than it was made with, of the model linearised around it.
+    #[must_use]
+    pub fn beside(&self, errors: Vec<Common>) -> Self {
+        let covariance = self.covariance.with(errors);
+        let linear = linearised(&self.jacobian_mn, &self.gap_mn, &covariance, &self.prior, &self.solution.x);
+        let solution = Solution { chi_square: linear.residual.norm_squared(), ..self.solution.clone() };
+        Self { solution, linear, covariance, ..self.clone() }
     }
 
     /// The same optimum, of models with the effects `active`, seen with another covariance.
