@@ -144,7 +144,8 @@ impl<'a> Oracle<'a> {
         let mut starts = vec![self.unknowns.start().to_vec()];
         // Where fits to these data would start.
         let untold = Requests { start: vec![], ..self.requests.clone() };
-        starts.extend(PlainStarts::of(self.engine, &self.observations, &untold)?.all().map(<[f64]>::to_vec));
+        let of_data = PlainStarts::of(self.engine, &self.observations, &untold)?;
+        starts.extend(of_data.all().map(|x| self.unknowns.within_bounds(x)));
         let nothing = DMatrix::zeros(own.len(), 0);
         let mut found: Option<(f64, Seen)> = None;
         for start in starts {

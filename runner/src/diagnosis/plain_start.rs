@@ -41,12 +41,15 @@ impl PlainStarts {
             let defaults: Defaults = start.defaults(mentioned);
             of(&Requests { defaults, ..requests.clone() })
         };
-        let beginning = |start: Start| at(start).map(|unknowns| unknowns.start().to_vec());
+        let unknowns = at(told.clone())?;
+        // What a start tells of the values' bounds is another one's.
+        let beginning = |start: Start| Ok::<_, ParameterError>(unknowns.within_bounds(at(start)?.start()));
         let hidden = |dropped: usize| told.clone().with_hidden_branch(dropped).slowly_draining();
+        let found = (hidden(0), [hidden(BRANCHES - 1), told.clone().slowly_draining()]);
         Ok(Self {
-            hidden: Some(beginning(hidden(0))?),
-            further: vec![beginning(hidden(BRANCHES - 1))?, beginning(told.clone().slowly_draining())?],
-            unknowns: at(told)?,
+            hidden: Some(beginning(found.0)?),
+            further: found.1.into_iter().map(beginning).collect::<Result<_, _>>()?,
+            unknowns,
         })
     }
 

@@ -152,9 +152,14 @@ impl Unknowns {
     /// The same, sought from another point within the bounds; what is known before stays.
     #[must_use]
     pub fn starting_at(mut self, x: &[f64]) -> Self {
-        let bounds = self.bounds.lower().iter().zip(self.bounds.upper());
-        self.start = x.iter().zip(bounds).map(|(x, (lower, upper))| x.clamp(*lower, *upper)).collect();
+        self.start = self.within_bounds(x);
         self
+    }
+
+    /// The point within the bounds that is nearest to `x`.
+    pub fn within_bounds(&self, x: &[f64]) -> Vec<f64> {
+        let bounds = self.bounds.lower().iter().zip(self.bounds.upper());
+        x.iter().zip(bounds).map(|(x, (lower, upper))| x.clamp(*lower, *upper)).collect()
     }
 
     /// The optimiser's variables.
