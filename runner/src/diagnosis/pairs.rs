@@ -19,8 +19,8 @@ const PARTNERS: usize = 4;
 type Look = Vec<Promise>;
 
 impl Search<'_> {
-    /// A single effect together with what its rest shows, where it shows something: with what promises most there, and the best of these
-    /// pairs.
+    /// A single effect together with what its rest shows, where this is more than noise: with what promises most there, and the best of
+    /// these pairs.
     pub(super) fn pair(
         &self,
         single: &Refit,
@@ -80,7 +80,11 @@ impl Search<'_> {
         if pair.evidence - self.thresholds.complexity <= single {
             return Ok(pair);
         }
-        let Some(second) = self.alone(&pair, 1, say)? else { return Ok(pair) };
+        let Some(second) =
+            self.alone(&pair, 1, say)?.filter(|second| !self.is_a_matter_of_form(second, shown))
+        else {
+            return Ok(pair);
+        };
         let Some(other) = self.pair(&second, shown, say)? else { return Ok(pair) };
         Ok(better_of(pair, other, &self.thresholds))
     }
@@ -111,10 +115,17 @@ impl Search<'_> {
         self.refit_single(pair.members[k], start, say)
     }
 
-    /// What the rest of a single effect shows best, beyond what the effect's form may leave; nothing where that is all but noise.
-    fn looks_of_rest(&self, single: &Refit, shown: &[&Screened]) -> Result<Vec<Look>, EvaluationFailure> {
+    /// Whether a single effect explains the data and leaves nothing but noise beside what its form may leave: then there is no second one.
+    pub(super) fn is_a_matter_of_form(&self, single: &Refit, shown: &[&Screened]) -> bool {
+        let rest = Some(single).filter(|r| r.meets_data(&self.thresholds));
+        let rest = rest.and_then(|single| self.beside_form(single, shown));
+        rest.is_some_and(|(rest, _)| adequacy(self.setup, &rest) > self.thresholds.significant)
+    }
+
+    /// A fit with a single effect beside errors of the effect's form, and its magnitude.
+    fn beside_form(&self, single: &Refit, shown: &[&Screened]) -> Option<(Fit, f64)> {
         let (fit, first) = (&single.fit, single.members[0]);
-        let Some(alone) = shown.iter().find(|s| s.candidate == first) else { return Ok(vec![]) };
+        let alone = shown.iter().find(|s| s.candidate == first)?;
         // A switch has no magnitude that was fitted.
         let (magnitude, change_mn) = match fit.magnitudes() {
             [] => (1.0, alone.change_mn.clone()),
@@ -122,25 +133,28 @@ impl Search<'_> {
         };
         let effect = &self.candidates[first].effect;
         let forms = effect.errors_of_form(self.setup.observations, &change_mn, self.thresholds.form);
-        let beside_forms = fit.beside(forms);
-        if adequacy(self.setup, &beside_forms) > self.thresholds.significant {
-            return Ok(vec![]);
-        }
-        let Fit { linear, covariance, .. } = beside_forms;
+        Some((fit.beside(forms), magnitude))
+    }
+
+    /// What the rest of a single effect shows best, beyond what the effect's form may leave.
+    fn looks_of_rest(&self, single: &Refit, shown: &[&Screened]) -> Result<Vec<Look>, EvaluationFailure> {
+        let first = single.members[0];
+        let Some((rest, magnitude)) = self.beside_form(single, shown) else { return Ok(vec![]) };
+        let Fit { linear, covariance, .. } = &rest;
         let family = |k: usize| &self.candidates[k].effect.family;
         let others = shown.iter().filter(|s| family(s.candidate) != family(first));
         let screening = Screening {
             setup: self.setup,
             candidates: self.candidates,
-            x: fit.x(),
+            x: rest.x(),
             present: &[(&self.candidates[first], magnitude)],
-            fit: &linear,
-            whitening: &covariance,
+            fit: linear,
+            whitening: covariance,
         };
         let (screened, _) = screening.screen(others.map(|s| s.candidate))?;
         let mut in_rest: Vec<_> = screened
             .iter()
-            .map(|s| (self.promise(s, &linear, &covariance), &s.signature))
+            .map(|s| (self.promise(s, linear, covariance), &s.signature))
             .filter(|(promise, _)| promise.evidence > self.thresholds.second)
             .collect();
         in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));

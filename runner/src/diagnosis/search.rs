@@ -176,10 +176,18 @@ impl Search<'_> {
                 let Some(single) = refits.iter().find(|r| r.members == [first] && !is_paired) else {
                     continue;
                 };
+                // What needs no second effect is a better explanation than others that do.
+                if self.is_a_matter_of_form(single, shown) {
+                    break;
+                }
                 let evidence = single.evidence;
                 let Some(pair) = self.pair(single, shown, say)? else { continue };
                 let pair = self.with_another_first(pair, evidence, shown, say)?;
                 self.each_alone(&pair, &mut refits, say)?;
+                let alone = refits.iter().filter(|r| pair.members.iter().any(|k| r.members == [*k]));
+                if alone.into_iter().any(|single| self.is_a_matter_of_form(single, shown)) {
+                    break;
+                }
                 // Two firsts may lead to one pair.
                 let is_same = |other: &&mut Refit| pair.members.iter().all(|k| other.members.contains(k));
                 match pairs.iter_mut().find(is_same) {
