@@ -124,8 +124,11 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
         Ground::Near => &by_engine,
         Ground::Wide => &by_maker,
     };
+    let folder = plan.out.join(CASES);
+    // What is refused leaves nothing behind.
+    check_free(&folder, "--out")?;
     check_free(plan.key, "--key")?;
-    claim_directory(&plan.out.join(CASES), "--out")?;
+    claim_directory(&folder, "--out")?;
     let mut maker = Maker { engine, plan, tests: tests(plan.cycles)?, source, replaced: vec![] };
     let mut cases = Vec::new();
     for (number, drawn) in draw(plan.seed, plan.cases, plan.kinds, plan.ground).into_iter().enumerate() {
