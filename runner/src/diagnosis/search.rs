@@ -9,7 +9,7 @@
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
-//! the next best, too, until a pair meets the data
+//! the next best, too, until a pair meets the data; no pair where one of its effects alone leaves noise beside what its form may leave
 //! -> while no single one of these leaves noise, unless the gap is then told as one that does not matter: quick: all others; where none explains the
 //! gap, what explains nothing from its other starts, too
 //! ```
