@@ -47,7 +47,7 @@ pub fn write_file_in_parts(
     let fail = |reason: String| OutputError { file: file.to_owned(), reason };
     let target = replaceable(file).map_err(fail)?;
     let attempt = |target: &Path, replaces: bool| -> std::io::Result<()> {
-        let directory = target.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let directory = directory_of(target);
         std::fs::create_dir_all(directory)?;
         let mut temporary =
             tempfile::Builder::new().prefix(UNFINISHED).permissions(readable()).tempfile_in(directory)?;
@@ -65,6 +65,11 @@ pub fn write_file_in_parts(
         std::fs::File::open(directory)?.sync_all()
     };
     attempt(target.as_deref().unwrap_or(file), target.is_some()).map_err(|e| fail(reason(&e)))
+}
+
+/// The directory that a file or directory is in.
+pub fn directory_of(path: &Path) -> &Path {
+    path.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// How names of files begin that are not whole yet: only a process that was killed leaves one behind.
@@ -86,8 +91,7 @@ pub fn check_free(file: &Path, option: &str) -> Result<(), OutputError> {
 /// # Errors
 /// When it is there, or cannot be made; `option` is the one that names another place.
 pub fn claim_directory(directory: &Path, option: &str) -> Result<(), OutputError> {
-    let parent = directory.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let made = std::fs::create_dir_all(parent).and_then(|()| std::fs::create_dir(directory));
+    let made = std::fs::create_dir_all(directory_of(directory)).and_then(|()| std::fs::create_dir(directory));
     made.map_err(|e| match e.kind() {
         std::io::ErrorKind::AlreadyExists => taken(directory, option),
         _ => OutputError { file: directory.to_owned(), reason: reason(&e) },

@@ -101,7 +101,16 @@ impl<'a> Oracle<'a> {
     /// # Errors
     /// When one fails.
     pub fn seen(&self, changes_mn: &[Vec<f64>]) -> Result<Vec<Seen>, MakeError> {
-        (0..changes_mn.len()).map(|k| self.refitted(changes_mn, k)).collect()
+        let starts = self.starts()?;
+        (0..changes_mn.len()).map(|k| self.refitted(changes_mn, k, &starts)).collect()
+    }
+
+    /// The true parameters, and where fits to these data would start.
+    fn starts(&self) -> Result<Vec<Vec<f64>>, MakeError> {
+        let untold = Requests { start: vec![], ..self.requests.clone() };
+        let of_data = PlainStarts::of(self.engine, &self.observations, &untold)?;
+        let all = std::iter::once(self.unknowns.start()).chain(of_data.all());
+        Ok(all.map(|x| self.unknowns.within_bounds(x)).collect())
     }
 
     /// What some columns (mN, and with the prior in units of the noise) and others in any size leave of a change.
@@ -128,7 +137,7 @@ impl<'a> Oracle<'a> {
     }
 
     /// What the best fit of the plain model, with the other changes in any size, leaves of one, of searches from several starts.
-    fn refitted(&self, changes_mn: &[Vec<f64>], k: usize) -> Result<Seen, MakeError> {
+    fn refitted(&self, changes_mn: &[Vec<f64>], k: usize, starts: &[Vec<f64>]) -> Result<Seen, MakeError> {
         let (own, others) = apart(changes_mn, k);
         let setup = Setup::new(self.engine, &self.observations, &self.unknowns);
         let measured_mn = setup.measured_mn();
@@ -137,19 +146,13 @@ impl<'a> Oracle<'a> {
         let offset_mn: Vec<f64> =
             measured_mn.iter().zip(without_noise).map(|(m, (plain, change))| m - plain - change).collect();
         let setup = Setup { offset_mn: &offset_mn, ..setup };
-        let any_size = |change_mn: nalgebra::DVectorView<f64>| {
-            Common::additive("another cause".to_owned(), change_mn * ANY_SIZE)
-        };
-        let covariance = self.covariance.with(others.column_iter().map(any_size));
-        let mut starts = vec![self.unknowns.start().to_vec()];
-        // Where fits to these data would start.
-        let untold = Requests { start: vec![], ..self.requests.clone() };
-        let of_data = PlainStarts::of(self.engine, &self.observations, &untold)?;
-        starts.extend(of_data.all().map(|x| self.unknowns.within_bounds(x)));
+        let any_size =
+            others.column_iter().map(|mn| Common::additive("another cause".to_owned(), mn * ANY_SIZE));
+        let covariance = self.covariance.with(any_size);
         let nothing = DMatrix::zeros(own.len(), 0);
         let mut found: Option<(f64, Seen)> = None;
         for start in starts {
-            let plan = FitPlan { start, evaluations: EVALUATIONS, depth: Depth::Minimum };
+            let plan = FitPlan { start: start.clone(), evaluations: EVALUATIONS, depth: Depth::Minimum };
             let other = match fit(setup, &[], &covariance, &plan, &mut |_| ()) {
                 // The truth can be computed; another start need not.
                 Err(FitFailure::Fit(FitError::StartFailed(_))) if found.is_some() => continue,

@@ -2,10 +2,10 @@
 
 use super::terminal;
 use super::{CliResult, Ending};
-use crate::output::{Folder, json, protect};
+use crate::output::{Folder, directory_of, json, protect};
 use crate::report::{FitReport, SCHEMA, curves_csv, page, parameters_csv, posterior_csv, table};
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Render the HTML page of an earlier identification again.
 #[derive(Debug, Args)]
@@ -30,7 +30,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Err(fail(format!("is of schema {}, this program reads {SCHEMA}", report.schema)).into());
     }
     protect(file);
-    let beside = file.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let beside = directory_of(file);
     let folder = Folder::resume(arguments.out.as_deref().unwrap_or(beside), "identify")?;
     let is_there = folder.path().join(RESULT).canonicalize().ok() == file.canonicalize().ok();
     if !is_there {

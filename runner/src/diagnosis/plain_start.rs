@@ -1,7 +1,6 @@
 //! Where fits of the plain model start.
 
 use crate::engine::Engine;
-use crate::inference::requests::Defaults;
 use crate::inference::start::{Mentioned, Start};
 use crate::inference::{ParameterError, Requests, Unknowns};
 use crate::noise::Observation;
@@ -38,17 +37,16 @@ impl PlainStarts {
         // A weak skeleton is an effect that is asked about, too.
         let mentioned = Mentioned { lambda_star: true, ..mentioned };
         let at = |start: Start| {
-            let defaults: Defaults = start.defaults(mentioned);
+            let defaults = start.defaults(mentioned);
             of(&Requests { defaults, ..requests.clone() })
         };
         let unknowns = at(told.clone())?;
         // What a start tells of the values' bounds is another one's.
         let beginning = |start: Start| Ok::<_, ParameterError>(unknowns.within_bounds(at(start)?.start()));
         let hidden = |dropped: usize| told.clone().with_hidden_branch(dropped).slowly_draining();
-        let found = (hidden(0), [hidden(BRANCHES - 1), told.clone().slowly_draining()]);
         Ok(Self {
-            hidden: Some(beginning(found.0)?),
-            further: found.1.into_iter().map(beginning).collect::<Result<_, _>>()?,
+            hidden: Some(beginning(hidden(0))?),
+            further: vec![beginning(hidden(BRANCHES - 1))?, beginning(told.clone().slowly_draining())?],
             unknowns,
         })
     }

@@ -184,8 +184,8 @@ impl Search<'_> {
                 let Some(pair) = self.pair(single, shown, say)? else { continue };
                 let pair = self.with_another_first(pair, evidence, shown, say)?;
                 self.each_alone(&pair, &mut refits, say)?;
-                let alone = refits.iter().filter(|r| pair.members.iter().any(|k| r.members == [*k]));
-                if alone.into_iter().any(|single| self.is_a_matter_of_form(single, shown)) {
+                let mut alone = refits.iter().filter(|single| pair.members.contains(&single.members[0]));
+                if alone.any(|single| self.is_a_matter_of_form(single, shown)) {
                     break;
                 }
                 // Two firsts may lead to one pair.
