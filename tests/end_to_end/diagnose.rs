@@ -109,6 +109,34 @@ fn a_lag_of_two_stages_is_no_pair() {
     assert!(named.len() == 1 && named[0] == "load_cell_lag", "{named:?}");
 }
 
+/// Goal: two effects are told where one alone, in whatever form, is the poorer explanation. Set-up: flow and softening; flow alone leaves a
+/// small chi^2 with a shape. Reference: what was put in, by another solver.
+#[test]
+#[ignore = "long: a diagnosis"]
+fn a_second_effect_that_a_form_explains_worse_is_told() {
+    let d = directory();
+    let found = diagnose("data/practice/flow-and-softening", d.path());
+    assert_eq!(found["verdict"]["kind"], "pair", "{}", found["verdict"]["text"]);
+    let named: Vec<&str> =
+        found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    assert!(named.len() == 2 && named[0] == "eyring" && named[1].starts_with("softening"), "{named:?}");
+}
+
+/// Goal: what explains the data does not end the search while something else promises half as much. Set-up: a drift of the load cell that the
+/// plain fit imitates; what is left looks like a compressible skeleton, which leaves noise. Reference: what was put in, by another solver.
+#[test]
+#[ignore = "long: a diagnosis"]
+fn a_drift_that_looks_like_a_compressible_skeleton_is_found() {
+    let d = directory();
+    let found = diagnose("data/practice/imitated-drift", d.path());
+    let named = found["verdict"]["effects"].as_array().unwrap();
+    assert!(
+        named.len() <= 3 && named.contains(&Value::from("load_cell_drift")),
+        "{}",
+        found["verdict"]["text"]
+    );
+}
+
 /// Goal: an effect that the plain fit imitates is found. Set-up: the plain model spends both of its branches on a slow third one's relaxation,
 /// where one more of that kind scores the wrong way; from another start the load cell's drift explains most of the gap, and what looks like
 /// that where it ended is asked. Reference: what was put in, by another solver.

@@ -8,8 +8,9 @@ use super::thresholds::Thresholds;
 use super::unsure_noise::UnsureNoise;
 use crate::fit::IterationRecord;
 use crate::inference::Setup;
-use crate::inference::effect::Candidate;
+use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, fit};
+use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A model with one or more effects, refitted.
@@ -39,6 +40,22 @@ impl Refit {
     /// Its effects.
     pub fn active<'a>(&self, candidates: &'a [Candidate]) -> Vec<&'a Candidate> {
         self.members.iter().map(|k| &candidates[*k]).collect()
+    }
+
+    /// Its effects' magnitudes; that of a switch is 1.
+    pub fn sizes(&self, candidates: &[Candidate]) -> Vec<f64> {
+        let mut magnitudes = self.fit.magnitudes().iter();
+        let size = |c: &Candidate| if is_continuous(c) { magnitudes.next().copied() } else { None };
+        self.active(candidates).into_iter().map(size).map(|size| size.unwrap_or(1.0)).collect()
+    }
+
+    /// What each of its effects does to the force around its end (mN, all points); none of a switch.
+    pub fn changes_mn(&self, candidates: &[Candidate]) -> Vec<Option<DVector<f64>>> {
+        let fit = &self.fit;
+        let columns = fit.jacobian_mn.columns_range(fit.parameters..);
+        let mut sized = columns.column_iter().zip(fit.magnitudes()).map(|(column, size)| column * *size);
+        let change = |c: &Candidate| if is_continuous(c) { sized.next() } else { None };
+        self.active(candidates).into_iter().map(change).collect()
     }
 
     /// Whether noise alone leaves such a rest with more than this probability.
@@ -136,8 +153,13 @@ pub fn adequacy(setup: Setup, fit: &Fit) -> f64 {
 /// Probability under noise of so large a chi^2: of as many degrees of freedom as points, since variables have as many rows of
 /// prior knowledge.
 pub fn whole(fit: &Fit) -> f64 {
+    probability_of_more(fit.gap_mn.len(), fit.solution.chi_square)
+}
+
+/// Probability that noise at so many points has more than this chi^2.
+pub fn probability_of_more(points: usize, chi_square: f64) -> f64 {
     // A distribution of at least one degree of freedom exists.
-    ChiSquared::new(fit.gap_mn.len() as f64).map_or(1.0, |d| d.sf(fit.solution.chi_square))
+    ChiSquared::new(points as f64).map_or(1.0, |d| d.sf(chi_square))
 }
 
 /// chi^2 beyond what noise gives.

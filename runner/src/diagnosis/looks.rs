@@ -4,7 +4,6 @@ use super::confirming::Refit;
 use super::diagnose::DiagnosisError;
 use super::promise::{Beginning, Beginnings, PROMISING};
 use super::round::Elsewhere;
-use super::screening::Screened;
 use super::search::{Search, keep_better};
 use std::collections::VecDeque;
 
@@ -24,23 +23,26 @@ impl Search<'_> {
     pub(super) fn by_looks<'b>(
         &self,
         all: Vec<Beginnings<'b>>,
-        shown: &[&Screened],
     ) -> (Vec<Beginnings<'b>>, Vec<Alike<'b>>, Vec<Beginnings<'b>>) {
         if !self.quick {
             return (all, vec![], vec![]);
         }
-        let signature = |k: usize| shown.iter().find(|s| s.candidate == k).map(|s| &s.signature);
-        let looks_like = |a: usize, b: usize| matches!((signature(a), signature(b)), (Some(a), Some(b)) if a.looks_like(b));
         let (mut first, mut others, mut rest): (Vec<Beginnings>, _, _) = (vec![], vec![], vec![]);
         for beginnings in all {
             let own = beginnings[0].promise.candidate;
-            match first.iter().map(|b| b[0].promise.candidate).find(|k| looks_like(*k, own)) {
+            match first.iter().map(|b| b[0].promise.candidate).find(|k| self.look_alike(*k, own)) {
                 Some(other) => others.push(Alike { beginnings, other }),
                 None if first.len() < QUICK => first.push(beginnings),
                 None => rest.push(beginnings),
             }
         }
         (first, others, rest)
+    }
+
+    /// Whether these data cannot tell two effects apart around the plain fit.
+    pub(super) fn look_alike(&self, a: usize, b: usize) -> bool {
+        let signature = |k: usize| self.shown.iter().find(|s| s.candidate == k).map(|s| &s.signature);
+        matches!((signature(a), signature(b)), (Some(a), Some(b)) if a.looks_like(b))
     }
 
     /// A refit with one effect, and with those that look like it until one does what the look promises: a promise is linear, and may be
@@ -75,7 +77,6 @@ impl Search<'_> {
     pub(super) fn begin_where_leader_ended(
         &self,
         refits: &mut Vec<Refit>,
-        screened: &[Screened],
         say: &mut dyn FnMut(String),
     ) -> Result<(), DiagnosisError> {
         let singles = refits.iter().filter(|r| r.members.len() == 1);
@@ -83,11 +84,11 @@ impl Search<'_> {
         let (own, enough) = (leader.members[0], leader.evidence - self.thresholds.decisive);
         let x = leader.fit.x().to_vec();
         let there = Elsewhere::at(self.setup, self.covariance, self.plain, &x)?;
-        let of_leader = screened.iter().find(|s| s.candidate == own);
+        let of_leader = self.screened.iter().find(|s| s.candidate == own);
         let Some((there, of_leader)) = there.zip(of_leader) else { return Ok(()) };
         let look = there.signature(of_leader);
         let does_as_well = |k: usize| refits.iter().any(|r| r.members == [k] && r.evidence >= enough);
-        let others = screened.iter().filter(|s| s.candidate != own && !does_as_well(s.candidate));
+        let others = self.screened.iter().filter(|s| s.candidate != own && !does_as_well(s.candidate));
         let like_it = others.filter(|s| there.signature(s).looks_like(&look));
         let mut beginnings: Vec<Beginning> = like_it.map(|s| self.beginning_at(&there, s)).collect();
         beginnings.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));

@@ -18,6 +18,7 @@ pub mod declared;
 pub mod diagnose;
 pub mod experiments;
 mod figures;
+mod forms;
 pub mod gap;
 pub mod held_out;
 mod joining;

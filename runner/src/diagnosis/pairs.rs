@@ -1,10 +1,10 @@
 //! The best effect together with a second one, which its rest shows, and that one with a better first.
 
-use super::confirming::{Refit, adequacy};
+use super::confirming::{Refit, probability_of_more};
 use super::diagnose::DiagnosisError;
 use super::looks::QUICK_ALIKE;
 use super::promise::{PROMISING, Promise};
-use super::screening::{Screened, Screening};
+use super::screening::Screening;
 use super::search::{Search, keep_better};
 use super::thresholds::Thresholds;
 use crate::fit::EvaluationFailure;
@@ -15,23 +15,106 @@ use crate::inference::fit::Fit;
 const QUICK_PARTNERS: usize = 2;
 const PARTNERS: usize = 4;
 
+/// So many single effects are tried as the first of a pair until one of the pairs meets the data.
+const QUICK_FIRSTS: usize = 3;
+const FIRSTS: usize = 5;
+
 /// Second effects that look the same in the rest of the first, the most promising one first.
 type Look = Vec<Promise>;
 
 impl Search<'_> {
+    /// Pairs that are better explanations than each of their effects alone, until one leaves noise.
+    pub(super) fn find_pairs(
+        &self,
+        singles: &mut Vec<Refit>,
+        pairs: &mut Vec<Refit>,
+        say: &mut dyn FnMut(String),
+    ) -> Result<(), DiagnosisError> {
+        let is_noise = |pair: &Refit| pair.leaves_noise(self.thresholds.inadequate);
+        for first in self.firsts(singles) {
+            if pairs.iter().any(is_noise) {
+                return Ok(());
+            }
+            let is_paired = pairs.iter().any(|pair| pair.members.contains(&first));
+            let Some(single) = singles.iter().find(|r| r.members == [first] && !is_paired) else { continue };
+            // What needs no second effect is a better explanation than others that do.
+            let mut is_the_last = self.is_a_matter_of_form(single);
+            if let Some(pair) = self.pair(single, say)? {
+                let pair = self.with_another_first(pair, single.evidence, say)?;
+                is_the_last |= self.add_needed(pair, singles, pairs, say)?;
+            }
+            if is_the_last {
+                return Ok(());
+            }
+        }
+        if !pairs.iter().any(is_noise)
+            && let Some(pair) = self.pair_of_best(singles, say)?
+        {
+            self.add_needed(pair, singles, pairs, say)?;
+        }
+        Ok(())
+    }
+
+    /// Adds a pair where both of its effects are needed; says whether one of them alone may leave all of the rest.
+    fn add_needed(
+        &self,
+        pair: Refit,
+        singles: &mut Vec<Refit>,
+        pairs: &mut Vec<Refit>,
+        say: &mut dyn FnMut(String),
+    ) -> Result<bool, DiagnosisError> {
+        self.each_alone(&pair, singles, say)?;
+        let is_member = |single: &&Refit| pair.members.contains(&single.members[0]);
+        let alone: Vec<&Refit> = singles.iter().filter(is_member).collect();
+        let is_a_matter_of_form = alone.iter().any(|single| self.is_a_matter_of_form(single));
+        if self.needs_both(&pair, &alone) {
+            // Two firsts may lead to one pair.
+            let is_same = |other: &&mut Refit| pair.members.iter().all(|k| other.members.contains(k));
+            match pairs.iter_mut().find(is_same) {
+                Some(before) if before.evidence < pair.evidence => *before = pair,
+                Some(_) => {}
+                None => pairs.push(pair),
+            }
+        }
+        Ok(is_a_matter_of_form)
+    }
+
+    /// Single effects that may be the first of a pair: the best, and those that gain nearly as much, as one of them may imitate two others.
+    fn firsts(&self, singles: &[Refit]) -> Vec<usize> {
+        let most = if self.quick { QUICK_FIRSTS } else { FIRSTS };
+        let least = PROMISING * singles.first().map_or(0.0, |best| best.gain);
+        singles.iter().filter(|r| r.gain >= least).map(|r| r.members[0]).take(most).collect()
+    }
+
     /// A single effect together with what its rest shows, where this is more than noise: with what promises most there, and the best of
     /// these pairs.
-    pub(super) fn pair(
-        &self,
-        single: &Refit,
-        shown: &[&Screened],
-        say: &mut dyn FnMut(String),
-    ) -> Result<Option<Refit>, DiagnosisError> {
+    fn pair(&self, single: &Refit, say: &mut dyn FnMut(String)) -> Result<Option<Refit>, DiagnosisError> {
         let mut pairs = vec![];
-        for look in self.looks_of_rest(single, shown)? {
+        for look in self.looks_of_rest(single)? {
             pairs.extend(self.pair_with_one_of(single, &look, say)?);
         }
         Ok(pairs.into_iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence)))
+    }
+
+    /// The single effect that explains most together with the next one of another look, whatever the first one's rest promises of it: a
+    /// promise is linear.
+    fn pair_of_best(
+        &self,
+        singles: &[Refit],
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
+        let by_gain = |a: &&Refit, b: &&Refit| a.gain.total_cmp(&b.gain);
+        let family = |refit: &Refit| &self.candidates[refit.members[0]].effect.family;
+        let Some(first) = singles.iter().max_by(by_gain) else { return Ok(None) };
+        let is_another = |other: &&Refit| {
+            family(other) != family(first) && !self.look_alike(other.members[0], first.members[0])
+        };
+        let others = singles.iter().filter(is_another);
+        let Some(second) = others.max_by(by_gain) else { return Ok(None) };
+        let sized = [first, second].map(|single| (single.members[0], single.sizes(self.candidates)[0]));
+        let start = self.start(first.fit.x(), &sized)?;
+        let pair = self.refit(&sized.map(|(k, _)| k), start, self.where_it_may_be_an_answer(), say)?;
+        Ok(pair.filter(|pair| pair.gain > first.gain))
     }
 
     /// A single effect with the first of a look, and with those that look like it until one meets the data: a promise is linear. With it the
@@ -70,27 +153,25 @@ impl Search<'_> {
 
     /// Where a pair beats the best single effect, its second may have a better partner than that effect, which has imitated both: a pair
     /// that starts from it. Where it is the same pair, others may do as well in the place of the first.
-    pub(super) fn with_another_first(
+    fn with_another_first(
         &self,
         pair: Refit,
         single: f64,
-        shown: &[&Screened],
         say: &mut dyn FnMut(String),
     ) -> Result<Refit, DiagnosisError> {
         if pair.evidence - self.thresholds.complexity <= single {
             return Ok(pair);
         }
-        let Some(second) =
-            self.alone(&pair, 1, say)?.filter(|second| !self.is_a_matter_of_form(second, shown))
+        let Some(second) = self.alone(&pair, 1, say)?.filter(|second| !self.is_a_matter_of_form(second))
         else {
             return Ok(pair);
         };
-        let Some(other) = self.pair(&second, shown, say)? else { return Ok(pair) };
+        let Some(other) = self.pair(&second, say)? else { return Ok(pair) };
         Ok(better_of(pair, other, &self.thresholds))
     }
 
     /// Each of a pair alone has to be fitted as well as the pair is: from where that ended, too.
-    pub(super) fn each_alone(
+    fn each_alone(
         &self,
         pair: &Refit,
         refits: &mut Vec<Refit>,
@@ -110,52 +191,36 @@ impl Search<'_> {
         k: usize,
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
-        let size = pair.fit.magnitudes().get(k).copied().unwrap_or(1.0);
-        let start = self.start(pair.fit.x(), &[(pair.members[k], size)])?;
+        let start = self.start(pair.fit.x(), &[(pair.members[k], pair.sizes(self.candidates)[k])])?;
         self.refit_single(pair.members[k], start, say)
     }
 
-    /// Whether a single effect explains the data and leaves nothing but noise beside what its form may leave: then there is no second one.
-    pub(super) fn is_a_matter_of_form(&self, single: &Refit, shown: &[&Screened]) -> bool {
-        let rest = Some(single).filter(|r| r.meets_data(&self.thresholds));
-        let rest = rest.and_then(|single| self.beside_form(single, shown));
-        rest.is_some_and(|(rest, _)| adequacy(self.setup, &rest) > self.thresholds.significant)
-    }
-
-    /// A fit with a single effect beside errors of the effect's form, and its magnitude.
-    fn beside_form(&self, single: &Refit, shown: &[&Screened]) -> Option<(Fit, f64)> {
-        let (fit, first) = (&single.fit, single.members[0]);
-        let alone = shown.iter().find(|s| s.candidate == first)?;
-        // A switch has no magnitude that was fitted.
-        let (magnitude, change_mn) = match fit.magnitudes() {
-            [] => (1.0, alone.change_mn.clone()),
-            [magnitude, ..] => (*magnitude, fit.jacobian_mn.column(fit.parameters) * *magnitude),
-        };
-        let effect = &self.candidates[first].effect;
-        let forms = effect.errors_of_form(self.setup.observations, &change_mn, self.thresholds.form);
-        Some((fit.beside(forms), magnitude))
-    }
-
-    /// What the rest of a single effect shows best, beyond what the effect's form may leave.
-    fn looks_of_rest(&self, single: &Refit, shown: &[&Screened]) -> Result<Vec<Look>, EvaluationFailure> {
+    /// What the rest of a single effect shows best, beyond what the effect's form may leave; where that may leave all of the rest, what
+    /// promises to leave noise without errors of form.
+    fn looks_of_rest(&self, single: &Refit) -> Result<Vec<Look>, EvaluationFailure> {
         let first = single.members[0];
-        let Some((rest, magnitude)) = self.beside_form(single, shown) else { return Ok(vec![]) };
-        let Fit { linear, covariance, .. } = &rest;
+        let is_a_matter_of_form = self.is_a_matter_of_form(single);
+        let beside_forms = if is_a_matter_of_form { None } else { self.beside_forms(single) };
+        let Fit { linear, covariance, .. } = beside_forms.as_ref().unwrap_or(&single.fit);
         let family = |k: usize| &self.candidates[k].effect.family;
-        let others = shown.iter().filter(|s| family(s.candidate) != family(first));
+        let others = self.shown.iter().filter(|s| family(s.candidate) != family(first));
         let screening = Screening {
             setup: self.setup,
             candidates: self.candidates,
-            x: rest.x(),
-            present: &[(&self.candidates[first], magnitude)],
+            x: single.fit.x(),
+            present: &[(&self.candidates[first], single.sizes(self.candidates)[0])],
             fit: linear,
             whitening: covariance,
         };
         let (screened, _) = screening.screen(others.map(|s| s.candidate))?;
+        let (points, chi_square) = (single.fit.gap_mn.len(), single.fit.solution.chi_square);
+        let leaves_noise =
+            |p: &Promise| probability_of_more(points, chi_square - p.gain) > self.thresholds.inadequate;
         let mut in_rest: Vec<_> = screened
             .iter()
             .map(|s| (self.promise(s, linear, covariance), &s.signature))
             .filter(|(promise, _)| promise.evidence > self.thresholds.second)
+            .filter(|(promise, _)| !is_a_matter_of_form || leaves_noise(promise))
             .collect();
         in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));
         let least = PROMISING * in_rest.first().map_or(0.0, |(best, _)| best.gain);

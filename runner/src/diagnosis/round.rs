@@ -136,6 +136,8 @@ impl Asked<'_> {
                 setup,
                 elsewhere,
                 candidates,
+                screened: &round.screened,
+                shown: &shown,
                 plain,
                 gap,
                 covariance,
@@ -145,7 +147,7 @@ impl Asked<'_> {
                     && !is_told_of_a_small_gap(elsewhere_weight, rivals, &thresholds),
                 thresholds,
             };
-            round.refits = search.run(&round.screened, &shown, say)?;
+            round.refits = search.run(say)?;
         }
         Ok(round)
     }

@@ -39,10 +39,6 @@ const AGAIN: usize = 4;
 const MISSES_DATA: f64 = 1.3;
 /// A rough fit that leaves more than so many times what an answer may leave is none, however it is polished.
 const NO_ANSWER: f64 = 2.0;
-/// So many single effects are tried as the first of a pair until one of the pairs meets the data.
-const QUICK_FIRSTS: usize = 3;
-const FIRSTS: usize = 5;
-
 /// The best so far.
 fn leader<'a>(found: &'a [(Refit, VecDeque<Beginning>)]) -> Option<&'a Refit> {
     found.iter().map(|(refit, _)| refit).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
@@ -65,6 +61,10 @@ pub struct Search<'a> {
     pub elsewhere: &'a [Elsewhere<'a>],
     /// What was asked about.
     pub candidates: &'a [Candidate],
+    /// What was screened; all of it may stand in for the best.
+    pub screened: &'a [Screened],
+    /// Those that these data would show, or seem to show.
+    pub shown: &'a [&'a Screened],
     /// Fit of the plain model.
     pub plain: &'a Fit,
     /// The smooth part of what it leaves.
@@ -82,19 +82,14 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Refits of the effects that these data would show, or seem to show, best first; all that were `screened` may stand in for the
-    /// best of them. A quick one refits the rest only where nothing explains the gap.
+    /// Refits of the effects that these data would show, or seem to show, best first. A quick one refits the rest only where nothing
+    /// explains the gap.
     ///
     /// # Errors
     /// When the user asked to stop.
-    pub fn run(
-        &self,
-        screened: &[Screened],
-        shown: &[&Screened],
-        say: &mut dyn FnMut(String),
-    ) -> Result<Vec<Refit>, DiagnosisError> {
+    pub fn run(&self, say: &mut dyn FnMut(String)) -> Result<Vec<Refit>, DiagnosisError> {
         let mut found: Vec<(Refit, VecDeque<Beginning>)> = Vec::new();
-        let (first, mut alike, mut rest) = self.by_looks(self.beginnings(shown), shown);
+        let (first, mut alike, mut rest) = self.by_looks(self.beginnings());
         let mut outdone = Vec::new();
         for beginnings in first {
             if self.is_outdone(&beginnings, &found) {
@@ -131,11 +126,19 @@ impl Search<'_> {
                 None => rest.push(beginnings),
             }
         }
-        if tried.iter().any(|count| *count > 0) {
+        // So may what promises half as much at the plain fit, whatever it looks like.
+        let least = PROMISING * leader(&found).map_or(0.0, |best| best.evidence);
+        let promises = |b: &Beginning| b.is_at_fit && b.promise.evidence > least;
+        let (promising, rest): (Vec<_>, Vec<_>) = rest.into_iter().partition(|all| all.iter().any(promises));
+        let is_more_tried = !promising.is_empty() || tried.iter().any(|count| *count > 0);
+        for beginnings in promising {
+            found.extend(self.begin(beginnings, say)?);
+        }
+        if is_more_tried {
             self.begin_elsewhere(&mut found, say)?;
         }
         let refits = found.iter().map(|(refit, _)| refit.clone()).collect();
-        let mut refits = self.settled(refits, screened, shown, say)?;
+        let mut refits = self.settled(refits, say)?;
         let is_untried =
             |(refit, elsewhere): &(Refit, VecDeque<_>)| self.explains_nothing(refit) && !elsewhere.is_empty();
         let is_more = !rest.is_empty() || found.iter().any(is_untried);
@@ -153,59 +156,23 @@ impl Search<'_> {
         }
         self.begin_elsewhere(&mut found, say)?;
         found.into_iter().for_each(|(refit, _)| keep_better(&mut refits, refit));
-        self.settled(refits, screened, shown, say)
+        self.settled(refits, say)
     }
 
     /// What was begun, to the end: what looks like the leader, the minima of all that compete, pairs where the best leaves more than noise.
     fn settled(
         &self,
         mut refits: Vec<Refit>,
-        screened: &[Screened],
-        shown: &[&Screened],
         say: &mut dyn FnMut(String),
     ) -> Result<Vec<Refit>, DiagnosisError> {
-        self.begin_where_leader_ended(&mut refits, screened, say)?;
+        self.begin_where_leader_ended(&mut refits, say)?;
         let mut pairs: Vec<Refit> = refits.extract_if(.., |r| r.members.len() > 1).collect();
         self.carry_on(&mut refits, say)?;
         if refits.first().is_some_and(|best| !self.leaves_noise(best)) {
-            for first in self.firsts(&refits) {
-                if pairs.iter().any(|pair| pair.adequacy > self.thresholds.inadequate) {
-                    break;
-                }
-                let is_paired = pairs.iter().any(|pair| pair.members.contains(&first));
-                let Some(single) = refits.iter().find(|r| r.members == [first] && !is_paired) else {
-                    continue;
-                };
-                // What needs no second effect is a better explanation than others that do.
-                if self.is_a_matter_of_form(single, shown) {
-                    break;
-                }
-                let evidence = single.evidence;
-                let Some(pair) = self.pair(single, shown, say)? else { continue };
-                let pair = self.with_another_first(pair, evidence, shown, say)?;
-                self.each_alone(&pair, &mut refits, say)?;
-                let mut alone = refits.iter().filter(|single| pair.members.contains(&single.members[0]));
-                if alone.any(|single| self.is_a_matter_of_form(single, shown)) {
-                    break;
-                }
-                // Two firsts may lead to one pair.
-                let is_same = |other: &&mut Refit| pair.members.iter().all(|k| other.members.contains(k));
-                match pairs.iter_mut().find(is_same) {
-                    Some(before) if before.evidence < pair.evidence => *before = pair,
-                    Some(_) => {}
-                    None => pairs.push(pair),
-                }
-            }
+            self.find_pairs(&mut refits, &mut pairs, say)?;
         }
         refits.extend(pairs);
         Ok(refits)
-    }
-
-    /// Single effects that may be the first of a pair: the best, and those that gain nearly as much, as one of them may imitate two others.
-    fn firsts(&self, singles: &[Refit]) -> Vec<usize> {
-        let most = if self.quick { QUICK_FIRSTS } else { FIRSTS };
-        let least = PROMISING * singles.first().map_or(0.0, |best| best.gain);
-        singles.iter().filter(|r| r.gain >= least).map(|r| r.members[0]).take(most).collect()
     }
 
     fn explains_nothing(&self, refit: &Refit) -> bool {
@@ -219,16 +186,16 @@ impl Search<'_> {
     /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain
     /// fit that misses much has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain
     /// better; at the other starts nothing is imitated, but what is promised there is farther from the truth.
-    fn beginnings(&self, shown: &[&Screened]) -> Vec<Beginnings<'_>> {
+    fn beginnings(&self) -> Vec<Beginnings<'_>> {
         let plain = self.plain;
         let fit = (plain.x(), plain.solution.chi_square);
         let at_fit = |s: &&Screened| Beginning {
             is_at_fit: true,
             ..self.beginning(s, fit, (&plain.linear, &plain.covariance))
         };
-        let mut points = vec![shown.iter().map(at_fit).collect::<Vec<_>>()];
+        let mut points = vec![self.shown.iter().map(at_fit).collect::<Vec<_>>()];
         for there in self.elsewhere {
-            points.push(shown.iter().map(|s| self.beginning_at(there, s)).collect());
+            points.push(self.shown.iter().map(|s| self.beginning_at(there, s)).collect());
         }
         for point in &mut points {
             point.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
@@ -369,7 +336,7 @@ impl Search<'_> {
             // A rough fit ends where one more iteration gains less than this part of chi^2.
             let may_gain = ROUGH * found.fit.solution.chi_square;
             if !found.fit.is_at_minimum && found.evidence + may_gain >= least {
-                let size = found.fit.magnitudes().first().copied().unwrap_or(1.0);
+                let size = found.sizes(self.candidates)[0];
                 let start = self.start(found.fit.x(), &[(found.members[0], size)])?;
                 if let Some(better) = self.refit(&found.members, start, Depth::Minimum, say)? {
                     *found = better;

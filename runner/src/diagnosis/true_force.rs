@@ -7,7 +7,7 @@
 
 use super::confirming::Refit;
 use super::normal_equations::NormalEquations;
-use crate::inference::effect::{Candidate, is_continuous};
+use crate::inference::effect::Candidate;
 use crate::inference::fit::Fit;
 use crate::noise::{Common, Covariance, Observation};
 use nalgebra::{DMatrix, DVector};
@@ -32,17 +32,12 @@ pub fn draws_of_noise_mn(
     candidates: &[Candidate],
     form: f64,
 ) -> Vec<DVector<f64>> {
-    let fit = &refit.fit;
-    let magnitudes = refit.members.iter().filter(|k| is_continuous(&candidates[**k]));
-    let columns = fit.jacobian_mn.columns_range(fit.parameters..);
-    let changes = magnitudes.zip(columns.column_iter()).zip(fit.magnitudes());
+    let changes = refit.active(candidates).into_iter().zip(refit.changes_mn(candidates));
     let forms: Vec<_> = changes
-        .map(|((k, column), size)| {
-            candidates[*k].effect.errors_of_form(observations, &(column * *size), form)
-        })
+        .filter_map(|(c, change_mn)| Some(c.effect.errors_of_form(observations, &change_mn?, form)))
         .filter(|errors| !errors.is_empty())
         .collect();
-    TrueForce::new(fit, &forms).map_or_else(Vec::new, |force| force.noise_mn(DRAWS))
+    TrueForce::new(&refit.fit, &forms).map_or_else(Vec::new, |force| force.noise_mn(DRAWS))
 }
 
 /// The posterior of what the measured force has beside the true one.
