@@ -34,13 +34,13 @@ impl Search<'_> {
 
     /// Whether two effects are more likely than each of them `alone` in whatever form: by the prior odds of a pair, and what a second effect
     /// must have. Where one alone leaves noise beside errors of its form, both leave noise without any.
-    pub(super) fn needs_both(&self, pair: &Refit, alone: &[&Refit]) -> bool {
+    pub(super) fn needs_both(&self, pair: &Refit, alone: &[&Refit], is_a_matter_of_form: bool) -> bool {
         let Thresholds { complexity, second, inadequate, .. } = self.thresholds;
+        if is_a_matter_of_form && !pair.leaves_noise(inadequate) {
+            return false;
+        }
         let least = self.evidence_of_some_form(pair) - complexity - second;
-        let is_noise = pair.leaves_noise(inadequate);
-        alone.iter().all(|single| {
-            self.evidence_of_some_form(single) < least && (is_noise || !self.is_a_matter_of_form(single))
-        })
+        alone.iter().all(|single| self.evidence_of_some_form(single) < least)
     }
 
     /// Twice the log evidence of a refit, as it is or beside errors of its effects' forms, whichever is most likely.

@@ -39,7 +39,7 @@ impl Search<'_> {
             let Some(single) = singles.iter().find(|r| r.members == [first] && !is_paired) else { continue };
             // What needs no second effect is a better explanation than others that do.
             let mut is_the_last = self.is_a_matter_of_form(single);
-            if let Some(pair) = self.pair(single, say)? {
+            if let Some(pair) = self.pair(single, is_the_last, say)? {
                 let pair = self.with_another_first(pair, single.evidence, say)?;
                 is_the_last |= self.add_needed(pair, singles, pairs, say)?;
             }
@@ -67,7 +67,7 @@ impl Search<'_> {
         let is_member = |single: &&Refit| pair.members.contains(&single.members[0]);
         let alone: Vec<&Refit> = singles.iter().filter(is_member).collect();
         let is_a_matter_of_form = alone.iter().any(|single| self.is_a_matter_of_form(single));
-        if self.needs_both(&pair, &alone) {
+        if self.needs_both(&pair, &alone, is_a_matter_of_form) {
             // Two firsts may lead to one pair.
             let is_same = |other: &&mut Refit| pair.members.iter().all(|k| other.members.contains(k));
             match pairs.iter_mut().find(is_same) {
@@ -88,9 +88,14 @@ impl Search<'_> {
 
     /// A single effect together with what its rest shows, where this is more than noise: with what promises most there, and the best of
     /// these pairs.
-    fn pair(&self, single: &Refit, say: &mut dyn FnMut(String)) -> Result<Option<Refit>, DiagnosisError> {
+    fn pair(
+        &self,
+        single: &Refit,
+        is_a_matter_of_form: bool,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Option<Refit>, DiagnosisError> {
         let mut pairs = vec![];
-        for look in self.looks_of_rest(single)? {
+        for look in self.looks_of_rest(single, is_a_matter_of_form)? {
             pairs.extend(self.pair_with_one_of(single, &look, say)?);
         }
         Ok(pairs.into_iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence)))
@@ -166,7 +171,7 @@ impl Search<'_> {
         else {
             return Ok(pair);
         };
-        let Some(other) = self.pair(&second, say)? else { return Ok(pair) };
+        let Some(other) = self.pair(&second, false, say)? else { return Ok(pair) };
         Ok(better_of(pair, other, &self.thresholds))
     }
 
@@ -197,9 +202,12 @@ impl Search<'_> {
 
     /// What the rest of a single effect shows best, beyond what the effect's form may leave; where that may leave all of the rest, what
     /// promises to leave noise without errors of form.
-    fn looks_of_rest(&self, single: &Refit) -> Result<Vec<Look>, EvaluationFailure> {
+    fn looks_of_rest(
+        &self,
+        single: &Refit,
+        is_a_matter_of_form: bool,
+    ) -> Result<Vec<Look>, EvaluationFailure> {
         let first = single.members[0];
-        let is_a_matter_of_form = self.is_a_matter_of_form(single);
         let beside_forms = if is_a_matter_of_form { None } else { self.beside_forms(single) };
         let Fit { linear, covariance, .. } = beside_forms.as_ref().unwrap_or(&single.fit);
         let family = |k: usize| &self.candidates[k].effect.family;
