@@ -79,8 +79,8 @@ impl Search<'_> {
         refits: &mut Vec<Refit>,
         say: &mut dyn FnMut(String),
     ) -> Result<(), DiagnosisError> {
-        let singles = refits.iter().filter(|r| r.members.len() == 1);
-        let Some(leader) = singles.max_by(|a, b| a.evidence.total_cmp(&b.evidence)) else { return Ok(()) };
+        let leader = refits.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        let Some(leader) = leader else { return Ok(()) };
         let (own, enough) = (leader.members[0], leader.evidence - self.thresholds.decisive);
         let x = leader.fit.x().to_vec();
         let there = Elsewhere::at(self.setup, self.covariance, self.plain, &x)?;

@@ -30,6 +30,10 @@ impl Search<'_> {
         pairs: &mut Vec<Refit>,
         say: &mut dyn FnMut(String),
     ) -> Result<(), DiagnosisError> {
+        // Nothing is missing beside what leaves noise.
+        if singles.first().is_none_or(|best| best.leaves_noise(self.thresholds.significant)) {
+            return Ok(());
+        }
         let is_noise = |pair: &Refit| pair.leaves_noise(self.thresholds.inadequate);
         for first in self.firsts(singles) {
             if pairs.iter().any(is_noise) {

@@ -8,10 +8,10 @@
 //! leaves noise; what looks like the best
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
+//! -> while no single one of these leaves noise, unless the gap is then told as one that does not matter: quick: all others
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
-//! the next best, too, until a pair meets the data; no pair where one of its effects alone leaves noise beside what its form may leave
-//! -> while no single one of these leaves noise, unless the gap is then told as one that does not matter: quick: all others; where none explains the
-//! gap, what explains nothing from its other starts, too
+//! the next best, too, until a pair meets the data; no pair where one of its effects alone in some form is as likely
+//! -> where none explains the gap, what explains nothing from its other starts, too
 //! ```
 
 use super::confirming::{Refit, excess, most_left, refit};
@@ -137,42 +137,40 @@ impl Search<'_> {
         if is_more_tried {
             self.begin_elsewhere(&mut found, say)?;
         }
-        let refits = found.iter().map(|(refit, _)| refit.clone()).collect();
-        let mut refits = self.settled(refits, say)?;
-        let is_untried =
-            |(refit, elsewhere): &(Refit, VecDeque<_>)| self.explains_nothing(refit) && !elsewhere.is_empty();
-        let is_more = !rest.is_empty() || found.iter().any(is_untried);
+        let mut singles = vec![];
+        self.settle(&found, &mut singles, say)?;
         // Two effects may imitate a third one: no pair ends the search.
-        let is_single_noise = |r: &Refit| r.members.len() == 1 && is_noise(r);
-        if !is_more || self.is_negligible || refits.iter().any(is_single_noise) {
-            return Ok(refits);
+        let is_over = |singles: &[Refit]| self.is_negligible || singles.iter().any(is_noise);
+        if !rest.is_empty() && !is_over(&singles) {
+            for beginnings in rest {
+                found.extend(self.begin(beginnings, say)?);
+            }
+            self.begin_elsewhere(&mut found, say)?;
+            self.settle(&found, &mut singles, say)?;
         }
-        for beginnings in rest {
-            found.extend(self.begin(beginnings, say)?);
-        }
+        let mut pairs = vec![];
+        self.find_pairs(&mut singles, &mut pairs, say)?;
         // What leaves a rest that may be a matter of its form is an answer unless something else is the better one.
-        if !refits.iter().any(|r| r.meets_data(&self.thresholds)) {
-            self.begin_again(&mut found, say)?;
+        let is_explained = singles.iter().chain(&pairs).any(|r| r.meets_data(&self.thresholds));
+        if !is_explained && !is_over(&singles) && self.begin_again(&mut found, say)? {
+            self.begin_elsewhere(&mut found, say)?;
+            self.settle(&found, &mut singles, say)?;
+            self.find_pairs(&mut singles, &mut pairs, say)?;
         }
-        self.begin_elsewhere(&mut found, say)?;
-        found.into_iter().for_each(|(refit, _)| keep_better(&mut refits, refit));
-        self.settled(refits, say)
+        singles.extend(pairs);
+        Ok(singles)
     }
 
-    /// What was begun, to the end: what looks like the leader, the minima of all that compete, pairs where the best leaves more than noise.
-    fn settled(
+    /// What was begun with single effects, to the end: what looks like the leader, and the minima of all that compete.
+    fn settle(
         &self,
-        mut refits: Vec<Refit>,
+        found: &[(Refit, VecDeque<Beginning>)],
+        singles: &mut Vec<Refit>,
         say: &mut dyn FnMut(String),
-    ) -> Result<Vec<Refit>, DiagnosisError> {
-        self.begin_where_leader_ended(&mut refits, say)?;
-        let mut pairs: Vec<Refit> = refits.extract_if(.., |r| r.members.len() > 1).collect();
-        self.carry_on(&mut refits, say)?;
-        if refits.first().is_some_and(|best| !self.leaves_noise(best)) {
-            self.find_pairs(&mut refits, &mut pairs, say)?;
-        }
-        refits.extend(pairs);
-        Ok(refits)
+    ) -> Result<(), DiagnosisError> {
+        found.iter().for_each(|(refit, _)| keep_better(singles, refit.clone()));
+        self.begin_where_leader_ended(singles, say)?;
+        self.carry_on(singles, say)
     }
 
     fn explains_nothing(&self, refit: &Refit) -> bool {
@@ -288,22 +286,24 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// What explains nothing from where it began is begun from its other starts: all of them, where nothing explains the gap.
+    /// What explains nothing from where it began is begun from its other starts: all of them. Whether there were any.
     fn begin_again(
         &self,
         found: &mut [(Refit, VecDeque<Beginning>)],
         say: &mut dyn FnMut(String),
-    ) -> Result<(), DiagnosisError> {
+    ) -> Result<bool, DiagnosisError> {
+        let mut is_begun = false;
         for (refit, elsewhere) in found {
             while self.explains_nothing(refit)
                 && let Some(at) = elsewhere.pop_front()
             {
+                is_begun = true;
                 if let Some(other) = self.begun(&at, say)?.filter(|other| other.gain > refit.gain) {
                     *refit = other;
                 }
             }
         }
-        Ok(())
+        Ok(is_begun)
     }
 
     /// Where an effect's refit may begin elsewhere than at the plain fit.
