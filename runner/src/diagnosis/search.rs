@@ -23,7 +23,7 @@ use super::screening::Screened;
 use super::something_else::SomethingElse;
 use super::thresholds::Thresholds;
 use crate::fit::{EvaluationFailure, IterationRecord};
-use crate::inference::effect::Candidate;
+use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH};
 use crate::inference::{Linearised, Setup};
 use crate::noise::Covariance;
@@ -286,7 +286,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// What explains nothing from where it began is begun from its other starts: all of them. Whether there were any.
+    /// What explains nothing from where it began is begun from its other starts, all of them; what explains less than half of the gap, on
+    /// the other side: a promise is linear, and may have the wrong sign. Whether there was any of these.
     fn begin_again(
         &self,
         found: &mut [(Refit, VecDeque<Beginning>)],
@@ -302,8 +303,26 @@ impl Search<'_> {
                     *refit = other;
                 }
             }
+            if refit.gain < PROMISING * excess(self.plain)
+                && let Some(start) = self.other_side(refit)?
+            {
+                is_begun = true;
+                let other = self.refit_single(refit.members[0], start, say)?;
+                *refit = other.filter(|other| other.gain > refit.gain).unwrap_or_else(|| refit.clone());
+            }
         }
         Ok(is_begun)
+    }
+
+    /// Where nothing is imitated, with one plausible scale of an effect on the other side than its refit has; `None` of what has one side only.
+    fn other_side(&self, refit: &Refit) -> Result<Option<Vec<f64>>, EvaluationFailure> {
+        let candidate = &self.candidates[refit.members[0]];
+        if candidate.is_one_sided() || !is_continuous(candidate) {
+            return Ok(None);
+        }
+        let size = -refit.sizes(self.candidates)[0].signum();
+        let x = self.elsewhere.first().map_or(self.plain.x(), |there| there.x);
+        self.start(x, &[(refit.members[0], size)]).map(Some)
     }
 
     /// Where an effect's refit may begin elsewhere than at the plain fit.
