@@ -137,6 +137,16 @@ fn a_drift_that_looks_like_a_compressible_skeleton_is_found() {
     );
 }
 
+/// Goal: an effect is found whose promise has the wrong sign. Set-up: the surface lies 0.03 mm deeper than recorded; at the plain fit a higher
+/// one promises a little. Reference: what was put in, by another solver.
+#[test]
+#[ignore = "long: a diagnosis"]
+fn a_surface_that_is_deeper_than_recorded_is_found() {
+    let d = directory();
+    let found = diagnose("data/practice/deep-surface", d.path());
+    assert_eq!(found["verdict"]["effects"], serde_json::json!(["offset"]), "{}", found["verdict"]["text"]);
+}
+
 /// Goal: an effect that the plain fit imitates is found. Set-up: the plain model spends both of its branches on a slow third one's relaxation,
 /// where one more of that kind scores the wrong way; from another start the load cell's drift explains most of the gap, and what looks like
 /// that where it ended is asked. Reference: what was put in, by another solver.
