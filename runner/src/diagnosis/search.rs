@@ -5,13 +5,13 @@
 //! model's fit or the other starts
 //! -> the leaders from the others, too, while the best of them leaves more than noise (quick: as soon as one explains most of the gap)
 //! -> quick: where it leaves more than noise, those that promise a small part of what another has gained, at the plain fit where that one
-//! leaves noise; what looks like the best
+//! leaves noise; what looks like the best; what promises half as much at the plain fit, whatever it looks like
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
 //! -> while no single one of these leaves noise, unless the gap is then told as one that does not matter: quick: all others
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
-//! the next best, too, until a pair meets the data; no pair where one of its effects alone in some form is as likely
-//! -> where none explains the gap, what explains nothing from its other starts, too
+//! the next best, too, until a pair leaves noise; the best with the next best; no pair where one of its effects alone in some form is as likely
+//! -> where none explains the gap, what explains nothing from its other starts, and what explains little on its other side
 //! ```
 
 use super::confirming::{Refit, excess, most_left, refit};
@@ -42,6 +42,13 @@ const NO_ANSWER: f64 = 2.0;
 /// The best so far.
 fn leader<'a>(found: &'a [(Refit, VecDeque<Beginning>)]) -> Option<&'a Refit> {
     found.iter().map(|(refit, _)| refit).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+}
+
+/// Puts another refit of the same effects in the place of one that gains less.
+fn replace_if_better(refit: &mut Refit, other: Option<Refit>) {
+    if let Some(other) = other.filter(|other| other.gain > refit.gain) {
+        *refit = other;
+    }
 }
 
 /// Puts a refit in the place of one of the same effects that gains less, or beside those of others.
@@ -279,9 +286,7 @@ impl Search<'_> {
             else {
                 break;
             };
-            if let Some(other) = self.begun(&at, say)?.filter(|other| other.gain > refit.gain) {
-                *refit = other;
-            }
+            replace_if_better(refit, self.begun(&at, say)?);
         }
         Ok(())
     }
@@ -299,16 +304,13 @@ impl Search<'_> {
                 && let Some(at) = elsewhere.pop_front()
             {
                 is_begun = true;
-                if let Some(other) = self.begun(&at, say)?.filter(|other| other.gain > refit.gain) {
-                    *refit = other;
-                }
+                replace_if_better(refit, self.begun(&at, say)?);
             }
             if refit.gain < PROMISING * excess(self.plain)
                 && let Some(start) = self.other_side(refit)?
             {
                 is_begun = true;
-                let other = self.refit_single(refit.members[0], start, say)?;
-                *refit = other.filter(|other| other.gain > refit.gain).unwrap_or_else(|| refit.clone());
+                replace_if_better(refit, self.refit_single(refit.members[0], start, say)?);
             }
         }
         Ok(is_begun)
