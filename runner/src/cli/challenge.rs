@@ -2,7 +2,7 @@
 
 use super::diagnose::{self, diagnosis_of, tests_of};
 use super::engine_args::EngineArguments;
-use super::exit::UsageError;
+use super::exit::{USAGE, UsageError, code_of};
 use super::job::{Invocation, JobArguments};
 use super::progress::Progress;
 use super::terminal;
@@ -229,6 +229,7 @@ fn answer_file(folder: &Path, id: &str) -> PathBuf {
 
 fn answer(arguments: &Answer, call: &Invocation) -> CliResult {
     call.keep_as(&arguments.folder.join(format!("{ANSWERS}.toml")))?;
+    let mut failed = Vec::new();
     for case in cases(&arguments.folder)? {
         let id = case.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let file = answer_file(&arguments.folder, &id);
@@ -257,11 +258,25 @@ fn answer(arguments: &Answer, call: &Invocation) -> CliResult {
             engine: arguments.engine.clone(),
         };
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let Some(diagnosis) = diagnosis_of(&asked, tests_of(&asked)?, command, &call.stop)? else {
-            return Ok(Ending::Interrupted);
+        let tests = tests_of(&asked).map_err(Into::into);
+        let found = tests.and_then(|tests| diagnosis_of(&asked, tests, command, &call.stop));
+        let diagnosis = match found {
+            Ok(Some(diagnosis)) => diagnosis,
+            Ok(None) => return Ok(Ending::Interrupted),
+            Err(wrong) if code_of(wrong.as_ref()) == USAGE => return Err(wrong),
+            // One case that cannot be answered keeps no other from it.
+            Err(reason) => {
+                say!("{id}: no answer: {reason}");
+                failed.push(id);
+                continue;
+            }
         };
         write_file(&file, &json(&file, &diagnosis)?)?;
         say!("{id}: {} ({:.0} s)", diagnosis.verdict.text, diagnosis.seconds);
+    }
+    if !failed.is_empty() {
+        let folder = arguments.folder.display();
+        return Err(format!("{folder}: no answer to {}; the others are kept", failed.join(", ")).into());
     }
     Ok(Ending::Complete)
 }

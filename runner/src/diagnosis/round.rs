@@ -80,7 +80,7 @@ impl Asked<'_> {
         fit(setup, &[], covariance, &plan, &mut telling(say)).map_err(DiagnosisError::Baseline)
     }
 
-    /// Where it would end, and about with which chi^2; none where the model fails at its start.
+    /// Where it would end, and about with which chi^2; none where the model fails at its start, or at its end where a rougher one led.
     pub fn plain_end(
         &self,
         start: &[f64],
@@ -89,7 +89,11 @@ impl Asked<'_> {
         let (setup, covariance) = (self.setup, &self.noise.covariance);
         match foreseen_end(setup, covariance, (start, self.effort.evaluations), &mut telling(say)) {
             Err(FitFailure::Fit(FitError::StartFailed(_))) => Ok(None),
-            other => other.map(Some).map_err(DiagnosisError::Baseline),
+            Err(other) => Err(DiagnosisError::Baseline(other)),
+            Ok((end, foreseen)) => {
+                let is_computable = chi_squares(setup, &[], covariance, &[end.clone()])?[0].is_some();
+                Ok(is_computable.then_some((end, foreseen)))
+            }
         }
     }
 
