@@ -86,6 +86,17 @@ fn several_batches_need_a_secret_each_and_all_their_answers() {
     let told = one_line(&fail(&over));
     assert!(told.contains("an input of this command"), "{told}");
     assert_eq!(std::fs::read(&key).unwrap(), before);
+    // A case may be left out by its name.
+    let without = |id: &str| {
+        let place = d.path().join("without");
+        let asked =
+            ["challenge", "score", &one.0, "--secret", &one.1, "--out", text(&place), "--without", id];
+        asked.map(str::to_owned)
+    };
+    let told = one_line(&fail(&without("0").each_ref().map(String::as_str)));
+    assert!(told.contains("--without 0"), "{told}");
+    let told = one_line(&succeed(&without(text(std::path::Path::new(&case))).each_ref().map(String::as_str)));
+    assert!(told.contains("Not counted: "), "{told}");
     // What was scored before is added to, and no case twice.
     let scored = d.path().join("scored.json");
     let again = ["challenge", "score", &one.0, "--secret", &one.1, "--out", text(&scored)];

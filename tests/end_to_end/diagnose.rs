@@ -221,7 +221,7 @@ fn score<'a>(cases: &'a Path, secret: &'a Path, key: &'a Path) -> [&'a str; 7] {
 fn all_cases_that_can_be_answered_are() {
     let d = directory();
     let [a, b] = ["a", "b"].map(|case| d.path().join("cases").join(case));
-    [&a, &b].map(|case| std::fs::create_dir_all(case).unwrap());
+    [&a, &b].into_iter().for_each(|case| std::fs::create_dir_all(case).unwrap());
     for file in ["P1.csv", "P2.csv"] {
         std::fs::write(a.join(file), "time_s,displacement_mm\n0,0\n1,1\n").unwrap();
         std::fs::copy(repository("data/practice/two-explanations").join(file), b.join(file)).unwrap();

@@ -45,10 +45,24 @@ impl Run {
     /// # Errors
     /// When the specimen makes no sense or a step cannot be solved.
     pub fn new(specimen: &Specimen, motion: &Motion, effects: &[Effect]) -> Result<Self, MakerError> {
+        Self::with_steps(specimen, motion, effects, 1.0)
+    }
+
+    /// The same with another part of the tolerance of the steps, which tells whether the force depends on them.
+    ///
+    /// # Errors
+    /// As [`Run::new`].
+    pub fn with_steps(
+        specimen: &Specimen,
+        motion: &Motion,
+        effects: &[Effect],
+        part_of_tolerance: f64,
+    ) -> Result<Self, MakerError> {
         let mut setup = Setup::plain(specimen, motion);
         for effect in effects {
             setup.add(effect);
         }
+        setup.scale_tolerance(part_of_tolerance);
         let motion = setup.motion().clone();
         Ok(Self { history: setup.run()?, motion })
     }

@@ -146,6 +146,11 @@ impl Setup {
         self.pace.tolerance = tolerance;
     }
 
+    /// Multiplies the tolerance of the steps.
+    pub fn scale_tolerance(&mut self, part: f64) {
+        self.pace.tolerance *= part;
+    }
+
     /// The true motion.
     pub fn motion(&self) -> &Motion {
         &self.motion

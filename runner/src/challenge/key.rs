@@ -27,19 +27,19 @@ pub struct Key {
     pub cycles: i32,
     /// All cases.
     pub cases: Vec<Solution>,
-    /// Draws that others of their kind replace, because they could not be computed: a bias, where they are many.
+    /// Draws that others of their kind replace, because they could not be computed, or depend on the time steps: a bias, where they are many.
     pub replaced: Vec<Replaced>,
 }
 
 /// What a key holds.
 pub const CONTENT: &str = "poropunch.challenge/2";
 
-/// A draw that could not be computed.
+/// A draw that another one replaces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Replaced {
     /// What was drawn.
     pub drawn: Drawn,
-    /// Why it could not be computed.
+    /// Why.
     pub reason: String,
 }
 

@@ -66,9 +66,17 @@ pub enum MakeError {
     /// The key.
     #[error("the key cannot be sealed")]
     Seal,
-    /// No draw of a case was visible.
-    #[error("case {0}: none of {VISIBLE_ATTEMPTS} draws can be seen; try another seed, or more cycles")]
-    Invisible(usize),
+    /// The force depends on the time steps: it has several solutions near each other, where a face sticks or opens.
+    #[error("other time steps change the force by {0:.1} % of the largest one")]
+    Steps(f64),
+    /// No draw of a case could be taken.
+    #[error("case {number}: none of {attempts} draws can be taken; try another seed, or more cycles")]
+    NoDraw {
+        /// Which case, from 1.
+        number: usize,
+        /// Draws that were tried.
+        attempts: u64,
+    },
 }
 
 /// What is made.
@@ -101,7 +109,7 @@ pub struct Plan<'a> {
 pub struct Made {
     /// What opens the key.
     pub secret: Secret,
-    /// Draws that could not be computed, which others replace.
+    /// Draws that others replace: they could not be computed, or depend on the time steps.
     pub replaced: usize,
 }
 
@@ -109,6 +117,8 @@ pub struct Made {
 const ATTEMPTS: u64 = 8;
 /// Times that one is drawn whose causes should be visible: of pairs, one in thirteen is.
 const VISIBLE_ATTEMPTS: u64 = 100;
+/// Largest part of the largest force that the time steps may change: a fifth of the gap that matters. Of most cases it is a thousandth.
+pub const LARGEST_ERROR_OF_STEPS: f64 = 2e-3;
 /// A cause of a pair that shows less than this part of what is visible without the other one in the measurement is hidden.
 const SURELY_HIDDEN: f64 = 0.5;
 
@@ -134,17 +144,19 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
     for (number, drawn) in draw(plan.seed, plan.cases, plan.kinds, plan.ground).into_iter().enumerate() {
         say(format!("case {} of {}", number + 1, plan.cases));
         let chosen = plan.visible && matches!(drawn.kind, Kind::Single | Kind::Pair);
-        let attempts = if chosen { VISIBLE_ATTEMPTS } else { 1 };
+        let attempts = if chosen { VISIBLE_ATTEMPTS } else { ATTEMPTS };
         // Draws of one case are apart from each other's further ones.
         let mut draws = (0..attempts)
             .map(|k| if k == 0 { drawn.clone() } else { again(&drawn, k * (ATTEMPTS + 1), plan.ground) });
         let solution = loop {
-            let Some(drawn) = draws.next() else { return Err(MakeError::Invisible(number + 1)) };
+            let Some(drawn) = draws.next() else {
+                return Err(MakeError::NoDraw { number: number + 1, attempts });
+            };
             if chosen && maker.is_hidden(&drawn) {
                 continue;
             }
             let (solution, files) = maker.computable(&drawn)?;
-            if !chosen || solution.is_visible() {
+            if (!chosen || solution.is_visible()) && maker.is_sure_of(&solution)? {
                 files.iter().try_for_each(|(path, text)| write_file(path, text.as_bytes()))?;
                 break solution;
             }
@@ -189,6 +201,22 @@ impl Maker<'_> {
             next = again(drawn, attempt, self.plan.ground);
         }
         self.one(next)
+    }
+
+    /// Whether the force does not depend on the time steps; a draw whose force does is replaced.
+    fn is_sure_of(&mut self, solution: &Solution) -> Result<bool, MakeError> {
+        let Solution { drawn, truth_mn, .. } = solution;
+        let readings_n: Vec<Vec<f64>> =
+            truth_mn.iter().map(|test| test.iter().map(|f| f * 1e-3).collect()).collect();
+        let error = self.source.error_of_steps(&drawn.material, &drawn.causes, &self.tests, &readings_n);
+        let reason = match error {
+            Ok(error) if error <= LARGEST_ERROR_OF_STEPS => return Ok(true),
+            Ok(error) => MakeError::Steps(100.0 * error),
+            Err(e @ MakeError::Maker(_)) => e,
+            Err(other) => return Err(other),
+        };
+        self.replaced.push(Replaced { drawn: drawn.clone(), reason: reason.to_string() });
+        Ok(false)
     }
 
     fn one(&self, drawn: Drawn) -> Result<(Solution, Files), MakeError> {

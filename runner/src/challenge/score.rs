@@ -143,6 +143,9 @@ pub struct Table {
     pub rules: Vec<(String, Scores)>,
     /// Cases without an answer.
     pub missing: Vec<String>,
+    /// Cases that are not counted.
+    #[serde(default)]
+    pub left_out: Vec<String>,
     /// Every answer.
     pub lines: Vec<Line>,
 }
@@ -177,6 +180,7 @@ impl Table {
         }
         self.batches.extend(other.batches);
         self.missing.extend(other.missing);
+        self.left_out.extend(other.left_out);
         self.lines.extend(other.lines);
         Ok(self)
     }
@@ -234,7 +238,8 @@ pub fn score(batches: Vec<Batch>, cases: &[(Solution, Option<Diagnosis>)]) -> Ta
     let diagnosis = scores(&ours);
     let far: Vec<_> =
         ours.into_iter().filter(|(s, _)| factor_off_table_1(&s.drawn.material) >= FAR).collect();
-    Table { batches, diagnosis, far: scores(&far), rules, missing: missing.collect(), lines }
+    let (far, missing, left_out) = (scores(&far), missing.collect(), vec![]);
+    Table { batches, diagnosis, far, rules, missing, left_out, lines }
 }
 
 fn of_diagnosis(solution: &Solution, d: &Diagnosis) -> Answer {

@@ -70,11 +70,36 @@ pub trait Source {
         sets: &[Vec<Cause>],
         tests: &[Test; 2],
     ) -> Result<Vec<Vec<Vec<f64>>>, MakeError>;
+
+    /// By how much these readings (N) depend on the time steps: their largest difference from those of much shorter ones, over the test's
+    /// largest force; 0 where a cause is an error of the steps itself.
+    ///
+    /// # Errors
+    /// When a run fails.
+    fn error_of_steps(
+        &self,
+        material: &BTreeMap<String, f64>,
+        causes: &[Cause],
+        tests: &[Test; 2],
+        readings_n: &[Vec<f64>],
+    ) -> Result<f64, MakeError>;
+}
+
+/// Largest difference between two curves over the largest value of the second one.
+pub fn difference(one: &[f64], other: &[f64]) -> f64 {
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |m: f64, v| m.max(v.abs()));
+    let peak = largest(&mut other.iter().copied());
+    largest(&mut one.iter().zip(other).map(|(a, b)| a - b)) / peak
 }
 
 #[cfg(test)]
 mod checks {
     use super::*;
+
+    #[test]
+    fn a_difference_is_told_as_part_of_the_second_curves_peak() {
+        assert_eq!(difference(&[1.0, -3.0, 2.0], &[1.0, -4.0, 1.5]), 0.25);
+    }
 
     #[test]
     fn samples_hit_the_kinks_and_increase() {

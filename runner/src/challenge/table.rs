@@ -88,8 +88,10 @@ pub fn markdown(table: &Table) -> String {
             if l.right { "" } else { "wrong" }
         );
     }
-    if !table.missing.is_empty() {
-        let _ = writeln!(text, "\nWithout an answer: {}.", table.missing.join(", "));
+    for (what, cases) in [("Without an answer", &table.missing), ("Not counted", &table.left_out)] {
+        if !cases.is_empty() {
+            let _ = writeln!(text, "\n{what}: {}.", cases.join(", "));
+        }
     }
     text
 }

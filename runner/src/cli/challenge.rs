@@ -105,6 +105,9 @@ pub struct Score {
     /// Table of cases that were scored before (the JSON of this command), to which these are added; repeatable
     #[arg(long, value_name = "FILE")]
     with: Vec<PathBuf>,
+    /// Case that is not counted, because its data are no fair question; the table tells it (repeatable)
+    #[arg(long, value_name = "ID")]
+    without: Vec<String>,
     /// Score although cases are still without an answer: these are then no longer blind
     #[arg(long)]
     unfinished: bool,
@@ -188,7 +191,7 @@ fn make_cases(arguments: &Make, call: &Invocation) -> CliResult {
     );
     if replaced > 0 {
         say!(
-            "{replaced} draws could not be computed, others of their kinds replace them; the key tells which and why"
+            "{replaced} draws could not be computed or depend on the time steps, others of their kinds replace them; the key tells which and why"
         );
     }
     match &arguments.secret {
@@ -308,18 +311,22 @@ fn score_answers(arguments: &Score) -> CliResult {
     if !arguments.unfinished {
         arguments.folders.iter().try_for_each(|folder| check_answers(folder))?;
     }
-    let (mut batches, mut scored) = (Vec::new(), Vec::new());
+    let (mut batches, mut scored, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
     for (i, (folder, secret)) in arguments.folders.iter().zip(&secrets).enumerate() {
         let key = arguments.key.get(i).cloned().unwrap_or_else(|| key_of(folder));
         let key = open(&key, folder, secret)?;
         batches.push(Batch::of(&key));
         for case in key.cases {
+            if arguments.without.contains(&case.drawn.id) {
+                left_out.push(case.drawn.id);
+                continue;
+            }
             let answer = read_answer(&answer_file(folder, &case.drawn.id))?;
             scored.push((case, answer));
         }
     }
     let first = &arguments.folders[0];
-    if scored.iter().all(|(_, answer)| answer.is_none()) {
+    if left_out.is_empty() && scored.iter().all(|(_, answer)| answer.is_none()) {
         return Err(format!(
             "{} holds no answers; `challenge answer {}` writes them",
             first.join(ANSWERS).display(),
@@ -327,7 +334,11 @@ fn score_answers(arguments: &Score) -> CliResult {
         )
         .into());
     }
-    let table = arguments.with.iter().try_fold(score(batches, &scored), |table, file| add(table, file))?;
+    if let Some(unknown) = arguments.without.iter().find(|id| !left_out.contains(id)) {
+        return Err(UsageError(format!("--without {unknown}: no case of these folders has this name")).into());
+    }
+    let own = Table { left_out, ..score(batches, &scored) };
+    let table = arguments.with.iter().try_fold(own, |table, file| add(table, file))?;
     let text = markdown(&table);
     say!("{text}");
     let base = arguments.out.clone().unwrap_or_else(|| first.join("scores"));

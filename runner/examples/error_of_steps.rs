@@ -1,0 +1,41 @@
+//! By how much the data of a challenge depend on the time steps of the solver that made them.
+//!
+//! ```text
+//! cargo run --release -p runner --example error_of_steps FOLDER KEY SECRET ...     (three for each batch)
+//! ```
+//! Each case of the wide ground is computed once more with a tenth of the steps' tolerance. `challenge make` replaces draws beyond
+//! `LARGEST_ERROR_OF_STEPS` now; batches that were made before it did so are checked here, once their keys are open.
+
+use runner::challenge::by_maker::ByMaker;
+use runner::challenge::key::{Secret, open};
+use runner::challenge::make::LARGEST_ERROR_OF_STEPS;
+use runner::challenge::simulate::{Source, tests};
+use std::path::Path;
+
+type Error = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Error> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let maker = ByMaker::new(1, &|| false)?;
+    println!("| batch | case | kind | error of the steps | |\n|---|---|---|---|---|");
+    for batch in arguments.chunks_exact(3) {
+        let text = std::fs::read_to_string(&batch[2])?;
+        let digits = text.lines().rfind(|line| !line.starts_with('#')).unwrap_or("");
+        let secret = Secret::of(digits).ok_or_else(|| format!("{}: no secret", batch[2]))?;
+        let key = open(Path::new(&batch[1]), Path::new(&batch[0]), &secret)?;
+        let tests = tests(key.cycles)?;
+        for case in key.cases {
+            let truth_n =
+                case.truth_mn.iter().map(|test| test.iter().map(|f| f * 1e-3).collect::<Vec<f64>>());
+            let truth_n: Vec<Vec<f64>> = truth_n.collect();
+            let found = maker.error_of_steps(&case.drawn.material, &case.drawn.causes, &tests, &truth_n);
+            let (told, is_too_large) = match found {
+                Ok(error) => (format!("{:.2} %", 100.0 * error), error > LARGEST_ERROR_OF_STEPS),
+                Err(failed) => (failed.to_string(), true),
+            };
+            let left_out = if is_too_large { "left out" } else { "" };
+            println!("| {} | {} | {:?} | {told} | {left_out} |", batch[0], case.drawn.id, case.drawn.kind);
+        }
+    }
+    Ok(())
+}
