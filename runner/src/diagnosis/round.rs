@@ -91,7 +91,8 @@ impl Asked<'_> {
             Err(FitFailure::Fit(FitError::StartFailed(_))) => Ok(None),
             Err(other) => Err(DiagnosisError::Baseline(other)),
             Ok((end, foreseen)) => {
-                let is_computable = chi_squares(setup, &[], covariance, &[end.clone()])?[0].is_some();
+                let is_computable =
+                    chi_squares(setup, &[], covariance, std::slice::from_ref(&end))?[0].is_some();
                 Ok(is_computable.then_some((end, foreseen)))
             }
         }
