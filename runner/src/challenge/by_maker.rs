@@ -183,19 +183,19 @@ mod tests {
             maker.error_of_steps(material, causes, &tests, &readings[0]).unwrap()
         };
         let stiffening = [
-            ("material.permeability", 1.449e-15),
-            ("material.lambda_star", 1.169e5),
-            ("material.equilibrium.mu", -1809.3),
-            ("material.equilibrium.alpha", -1.819),
-            ("material.branch[1].mu", -142.4),
-            ("material.branch[1].alpha", -8.195),
-            ("material.branch[1].eta", 1.572),
-            ("material.branch[2].mu", -165.6),
-            ("material.branch[2].alpha", -19.59),
-            ("material.branch[2].eta", 85474.0),
+            ("material.permeability", 1.448_989_003_819_426e-15),
+            ("material.lambda_star", 116_871.587_940_868_4),
+            ("material.equilibrium.mu", -1_809.344_316_623_395_3),
+            ("material.equilibrium.alpha", -1.819_030_127_950_255),
+            ("material.branch[1].mu", -142.447_984_664_908_03),
+            ("material.branch[1].alpha", -8.194_950_750_744_521),
+            ("material.branch[1].eta", 1.571_625_360_849_858_5),
+            ("material.branch[2].mu", -165.583_278_720_063_4),
+            ("material.branch[2].alpha", -19.585_933_247_486_72),
+            ("material.branch[2].eta", 85_474.194_394_825_42),
         ];
         let stiffening = stiffening.map(|(name, value)| (name.to_owned(), value)).into_iter().collect();
-        let smaller = [Cause::Maker(Effect::Dimensions { size: -0.587 })];
+        let smaller = [Cause::Maker(Effect::Dimensions { size: -0.586_674_144_325_141_5 })];
         let (of_table_1, found) = (error(&BTreeMap::new(), &[]), error(&stiffening, &smaller));
         assert!(
             of_table_1 < LARGEST_ERROR_OF_STEPS && found > LARGEST_ERROR_OF_STEPS,
