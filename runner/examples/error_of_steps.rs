@@ -25,16 +25,14 @@ fn main() -> Result<(), Error> {
         let key = open(Path::new(&batch[1]), Path::new(&batch[0]), &secret)?;
         let tests = tests(key.cycles)?;
         for case in key.cases {
-            let truth_n =
-                case.truth_mn.iter().map(|test| test.iter().map(|f| f * 1e-3).collect::<Vec<f64>>());
-            let truth_n: Vec<Vec<f64>> = truth_n.collect();
-            let found = maker.error_of_steps(&case.drawn.material, &case.drawn.causes, &tests, &truth_n);
+            let drawn = &case.drawn;
+            let found = maker.error_of_steps(&drawn.material, &drawn.causes, &tests, &case.truth_n());
             let (told, is_too_large) = match found {
                 Ok(error) => (format!("{:.2} %", 100.0 * error), error > LARGEST_ERROR_OF_STEPS),
                 Err(failed) => (failed.to_string(), true),
             };
             let left_out = if is_too_large { "left out" } else { "" };
-            println!("| {} | {} | {:?} | {told} | {left_out} |", batch[0], case.drawn.id, case.drawn.kind);
+            println!("| {} | {} | {:?} | {told} | {left_out} |", batch[0], drawn.id, drawn.kind);
         }
     }
     Ok(())

@@ -63,6 +63,11 @@ pub struct Solution {
 pub const VISIBLE: f64 = 6.0;
 
 impl Solution {
+    /// Reading without noise, test by test (N).
+    pub fn truth_n(&self) -> Vec<Vec<f64>> {
+        self.truth_mn.iter().map(|test| test.iter().map(|f| f * 1e-3).collect()).collect()
+    }
+
     /// Whether each cause, of at least one, can be seen.
     pub fn is_visible(&self) -> bool {
         !self.visibility.is_empty() && self.visibility.iter().all(|z| *z >= VISIBLE)

@@ -205,10 +205,9 @@ impl Maker<'_> {
 
     /// Whether the force does not depend on the time steps; a draw whose force does is replaced.
     fn is_sure_of(&mut self, solution: &Solution) -> Result<bool, MakeError> {
-        let Solution { drawn, truth_mn, .. } = solution;
-        let readings_n: Vec<Vec<f64>> =
-            truth_mn.iter().map(|test| test.iter().map(|f| f * 1e-3).collect()).collect();
-        let error = self.source.error_of_steps(&drawn.material, &drawn.causes, &self.tests, &readings_n);
+        let drawn = &solution.drawn;
+        let truth_n = solution.truth_n();
+        let error = self.source.error_of_steps(&drawn.material, &drawn.causes, &self.tests, &truth_n);
         let reason = match error {
             Ok(error) if error <= LARGEST_ERROR_OF_STEPS => return Ok(true),
             Ok(error) => MakeError::Steps(100.0 * error),
