@@ -3,8 +3,8 @@
 //! ```text
 //! cargo run --release -p runner --example error_of_steps FOLDER KEY SECRET ...     (three for each batch)
 //! ```
-//! Each case of the wide ground is computed once more with a tenth of the steps' tolerance. `challenge make` replaces draws beyond
-//! `LARGEST_ERROR_OF_STEPS` now; batches that were made before it did so are checked here, once their keys are open.
+//! Each case of the wide ground is computed once more with a tenth of the steps' tolerance. `challenge make` shortens the steps of draws beyond
+//! `LARGEST_ERROR_OF_STEPS` now, or replaces them; batches that were made before it did so are checked here, once their keys are open.
 
 use runner::challenge::by_maker::ByMaker;
 use runner::challenge::key::{Secret, open};
@@ -26,7 +26,7 @@ fn main() -> Result<(), Error> {
         let tests = tests(key.cycles)?;
         for case in key.cases {
             let drawn = &case.drawn;
-            let found = maker.error_of_steps(&drawn.material, &drawn.causes, &tests, &case.truth_n());
+            let found = maker.error_of_steps(&drawn.material, &drawn.causes, &tests, &case.truth_n(), 1.0);
             let (told, is_too_large) = match found {
                 Ok(error) => (format!("{:.2} %", 100.0 * error), error > LARGEST_ERROR_OF_STEPS),
                 Err(failed) => (failed.to_string(), true),

@@ -19,8 +19,8 @@ fn differences(engine: &Engine, drawn: &Drawn, tests: &[Test; 2], preset: f64) -
     let numerics = BTreeMap::from([("mesh.preset".to_owned(), preset)]);
     let by_engine = ByEngine { engine, numerics: &numerics };
     let plain = [vec![]];
-    let model = by_engine.readings_n(&drawn.material, &plain, tests).unwrap();
-    let maker = ByMaker::new(0, &never).unwrap().readings_n(&drawn.material, &plain, tests).unwrap();
+    let model = by_engine.readings_n(&drawn.material, &plain, tests, 1.0).unwrap();
+    let maker = ByMaker::new(0, &never).unwrap().readings_n(&drawn.material, &plain, tests, 1.0).unwrap();
     [0, 1].map(|test| {
         let (ours, theirs) = (&model[0][test], &maker[0][test]);
         let peak = ours.iter().copied().fold(0.0, f64::max);
@@ -78,7 +78,7 @@ fn draws_of_the_wide_ground_are_computable() {
     let mut failed = 0;
     for drawn in draw(4003, 60, &[], Ground::Wide) {
         let start = Instant::now();
-        let made = maker.readings_n(&drawn.material, std::slice::from_ref(&drawn.causes), &tests);
+        let made = maker.readings_n(&drawn.material, std::slice::from_ref(&drawn.causes), &tests, 1.0);
         let wall = start.elapsed().as_secs_f64();
         println!("{wall:6.1} s {:?} {:?}", drawn.kind, drawn.causes);
         if let Err(e) = made {

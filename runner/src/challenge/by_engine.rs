@@ -37,6 +37,7 @@ impl Source for ByEngine<'_> {
         material: &BTreeMap<String, f64>,
         sets: &[Vec<Cause>],
         tests: &[Test; 2],
+        _: f64,
     ) -> Result<Vec<Vec<Vec<f64>>>, MakeError> {
         let mut started = Vec::new();
         for causes in sets {
@@ -53,6 +54,7 @@ impl Source for ByEngine<'_> {
         _: &[Cause],
         _: &[Test; 2],
         _: &[Vec<f64>],
+        _: f64,
     ) -> Result<f64, MakeError> {
         Ok(0.0)
     }

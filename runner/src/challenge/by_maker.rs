@@ -19,7 +19,7 @@ pub struct ByMaker<'a> {
 }
 
 /// Part of the steps' tolerance by which it is seen whether a force depends on them.
-const SHORT_STEPS: f64 = 0.1;
+pub const SHORT_STEPS: f64 = 0.1;
 
 /// Runs of one material.
 #[derive(Default)]
@@ -28,8 +28,9 @@ struct Kept {
     runs: Vec<(Acting, Run)>,
 }
 
-/// Effects that act on the specimen, and the test: those that act on the load cell alone need no run of their own.
-type Acting = (Vec<Effect>, usize);
+/// Effects that act on the specimen, the test, and the part of the steps' tolerance: effects that act on the load cell alone need no run of
+/// their own.
+type Acting = (Vec<Effect>, usize, f64);
 
 impl Kept {
     fn run(&self, acting: &Acting) -> Option<&Run> {
@@ -57,6 +58,7 @@ impl Source for ByMaker<'_> {
         material: &BTreeMap<String, f64>,
         sets: &[Vec<Cause>],
         tests: &[Test; 2],
+        part_of_tolerance: f64,
     ) -> Result<Vec<Vec<Vec<f64>>>, MakeError> {
         let specimen = specimen(material);
         let motions = tests
@@ -66,7 +68,7 @@ impl Source for ByMaker<'_> {
         let asked = |causes: &[Cause], test: usize| -> (Acting, Vec<Effect>) {
             let effects: Vec<Effect> = causes.iter().filter_map(|c| in_test(c, test)).collect();
             let acts = |effect: &&Effect| acts_on_specimen(effect, &specimen, &motions[test]);
-            ((effects.iter().filter(acts).copied().collect(), test), effects)
+            ((effects.iter().filter(acts).copied().collect(), test, part_of_tolerance), effects)
         };
         let all: Vec<(Acting, Vec<Effect>)> =
             sets.iter().flat_map(|causes| (0..tests.len()).map(|test| asked(causes, test))).collect();
@@ -80,12 +82,13 @@ impl Source for ByMaker<'_> {
                 missing.push(acting.clone());
             }
         }
-        let one = |(effects, test): Acting| {
+        let one = |acting: Acting| {
             if (self.is_stopped)() {
                 return Err(RunFailure::Cancelled.into());
             }
-            let run = Run::new(&specimen, &motions[test], &effects)?;
-            Ok(((effects, test), run))
+            let (effects, test, part) = &acting;
+            let run = Run::with_steps(&specimen, &motions[*test], effects, *part)?;
+            Ok((acting, run))
         };
         let done: Vec<(Acting, Run)> =
             self.threads.install(|| missing.into_par_iter().map(one).collect::<Result<_, MakeError>>())?;
@@ -103,21 +106,14 @@ impl Source for ByMaker<'_> {
         causes: &[Cause],
         tests: &[Test; 2],
         readings_n: &[Vec<f64>],
+        part_of_tolerance: f64,
     ) -> Result<f64, MakeError> {
         if causes.iter().any(|cause| matches!(cause, Cause::Maker(Effect::Coarse { .. }))) {
             return Ok(0.0);
         }
-        let specimen = specimen(material);
-        let error = |(index, (test, reading)): (usize, (&Test, &Vec<f64>))| {
-            let motion = Motion::new(test.protocol.points().to_vec())?;
-            let effects: Vec<Effect> = causes.iter().filter_map(|c| in_test(c, index)).collect();
-            let finer = Run::with_steps(&specimen, &motion, &effects, SHORT_STEPS)?;
-            Ok(difference(reading, &finer.readings_n(&test.time_s, &effects)))
-        };
-        let pairs: Vec<_> = tests.iter().zip(readings_n).enumerate().collect();
-        let errors: Result<Vec<f64>, MakeError> =
-            self.threads.install(|| pairs.into_par_iter().map(error).collect());
-        Ok(errors?.into_iter().fold(0.0, f64::max))
+        let finer = self.readings_n(material, &[causes.to_vec()], tests, SHORT_STEPS * part_of_tolerance)?;
+        let errors = readings_n.iter().zip(&finer[0]).map(|(reading, finer)| difference(reading, finer));
+        Ok(errors.fold(0.0, f64::max))
     }
 }
 
@@ -171,35 +167,60 @@ mod tests {
         assert_eq!(format!("{ours:?}"), format!("{theirs:?}"));
     }
 
+    /// Error of the steps with a part of their tolerance.
+    fn error(values: &[(&str, f64)], effect: Effect, part_of_tolerance: f64) -> f64 {
+        let maker = ByMaker::new(1, &|| false).unwrap();
+        let tests = crate::challenge::simulate::tests(1).unwrap();
+        let material = values.iter().map(|(name, value)| (format!("material.{name}"), *value)).collect();
+        let causes = [Cause::Maker(effect)];
+        let readings = maker.readings_n(&material, &[causes.to_vec()], &tests, part_of_tolerance).unwrap();
+        maker.error_of_steps(&material, &causes, &tests, &readings[0], part_of_tolerance).unwrap()
+    }
+
     /// Goal: what depends on the time steps is found out. Set-up: a material with a strongly stiffening branch in a small sample (8943715c of
     /// the blind table, made before this was asked), whose face sticks or opens as the steps fall; Table 1.
     #[test]
     #[ignore = "long: runs of the independent solver"]
     fn a_force_of_several_solutions_depends_on_the_steps() {
-        let maker = ByMaker::new(1, &|| false).unwrap();
-        let tests = crate::challenge::simulate::tests(1).unwrap();
-        let error = |material: &BTreeMap<String, f64>, causes: &[Cause]| {
-            let readings = maker.readings_n(material, &[causes.to_vec()], &tests).unwrap();
-            maker.error_of_steps(material, causes, &tests, &readings[0]).unwrap()
-        };
         let stiffening = [
-            ("material.permeability", 1.448_989_003_819_426e-15),
-            ("material.lambda_star", 116_871.587_940_868_4),
-            ("material.equilibrium.mu", -1_809.344_316_623_395_3),
-            ("material.equilibrium.alpha", -1.819_030_127_950_255),
-            ("material.branch[1].mu", -142.447_984_664_908_03),
-            ("material.branch[1].alpha", -8.194_950_750_744_521),
-            ("material.branch[1].eta", 1.571_625_360_849_858_5),
-            ("material.branch[2].mu", -165.583_278_720_063_4),
-            ("material.branch[2].alpha", -19.585_933_247_486_72),
-            ("material.branch[2].eta", 85_474.194_394_825_42),
+            ("permeability", 1.448_989_003_819_426e-15),
+            ("lambda_star", 116_871.587_940_868_4),
+            ("equilibrium.mu", -1_809.344_316_623_395_3),
+            ("equilibrium.alpha", -1.819_030_127_950_255),
+            ("branch[1].mu", -142.447_984_664_908_03),
+            ("branch[1].alpha", -8.194_950_750_744_521),
+            ("branch[1].eta", 1.571_625_360_849_858_5),
+            ("branch[2].mu", -165.583_278_720_063_4),
+            ("branch[2].alpha", -19.585_933_247_486_72),
+            ("branch[2].eta", 85_474.194_394_825_42),
         ];
-        let stiffening = stiffening.map(|(name, value)| (name.to_owned(), value)).into_iter().collect();
-        let smaller = [Cause::Maker(Effect::Dimensions { size: -0.586_674_144_325_141_5 })];
-        let (of_table_1, found) = (error(&BTreeMap::new(), &[]), error(&stiffening, &smaller));
+        let smaller = Effect::Dimensions { size: -0.586_674_144_325_141_5 };
+        let nearly_plain = Effect::Dimensions { size: 1e-9 };
+        let (of_table_1, found) = (error(&[], nearly_plain, 1.0), error(&stiffening, smaller, 1.0));
         assert!(
             of_table_1 < LARGEST_ERROR_OF_STEPS && found > LARGEST_ERROR_OF_STEPS,
             "{of_table_1} {found}"
         );
+    }
+
+    /// Goal: what depends on the time steps, but settles, is computed with shorter ones. Set-up: a viscous film under the punch (e4a4294e of
+    /// the blind table, made before this was asked).
+    #[test]
+    #[ignore = "long: runs of the independent solver"]
+    fn the_force_over_a_film_settles_with_shorter_steps() {
+        let gel = [
+            ("permeability", 2.864_680_176_313_705_3e-15),
+            ("equilibrium.mu", -2.781_379_451_984_782),
+            ("equilibrium.alpha", -17.944_276_516_244_87),
+            ("branch[1].mu", -1_659.948_097_979_971_9),
+            ("branch[1].alpha", -2.187_221_096_090_114_6),
+            ("branch[1].eta", 66.198_396_424_816_02),
+            ("branch[2].mu", -83.922_533_422_511_78),
+            ("branch[2].alpha", -19.574_704_497_850_306),
+            ("branch[2].eta", 5_341.736_894_232_473),
+        ];
+        let film = Effect::Film { size: 3.648_174_951_485_699 };
+        let (first, shorter) = (error(&gel, film, 1.0), error(&gel, film, SHORT_STEPS));
+        assert!(first > LARGEST_ERROR_OF_STEPS && shorter < 0.2 * first, "{first} {shorter}");
     }
 }

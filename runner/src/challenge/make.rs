@@ -1,7 +1,7 @@
 //! `runner challenge make`: cases for the diagnosis, and their sealed key.
 
 use super::by_engine::ByEngine;
-use super::by_maker::ByMaker;
+use super::by_maker::{ByMaker, SHORT_STEPS};
 use super::draw::{Drawn, Kind, again, draw};
 use super::ground::Ground;
 use super::key::{CASES, CONTENT, Key, Replaced, SEAL, Secret, Solution, VISIBLE, hash, sealed};
@@ -79,6 +79,17 @@ pub enum MakeError {
     },
 }
 
+impl MakeError {
+    /// Whether another draw may do better: this one cannot be computed, or depends on the time steps.
+    fn is_of_the_draw(&self) -> bool {
+        use EvaluationFailure::Failed;
+        matches!(
+            self,
+            Self::Run(RunFailure::Model(_)) | Self::Maker(_) | Self::Evaluation(Failed(_)) | Self::Steps(_)
+        )
+    }
+}
+
 /// What is made.
 #[derive(Debug, Clone)]
 pub struct Plan<'a> {
@@ -109,7 +120,7 @@ pub struct Plan<'a> {
 pub struct Made {
     /// What opens the key.
     pub secret: Secret,
-    /// Draws that others replace: they could not be computed, or depend on the time steps.
+    /// Draws that others replace: they could not be computed, or depend on the time steps, however short.
     pub replaced: usize,
 }
 
@@ -117,7 +128,8 @@ pub struct Made {
 const ATTEMPTS: u64 = 8;
 /// Times that one is drawn whose causes should be visible: of pairs, one in thirteen is.
 const VISIBLE_ATTEMPTS: u64 = 100;
-/// Largest part of the largest force that the time steps may change: a fifth of the gap that matters. Of most cases it is a thousandth.
+/// Largest part of the largest force that the time steps may change: a fifth of the gap that matters. Of most cases it is a thousandth; the others
+/// are computed with shorter steps.
 pub const LARGEST_ERROR_OF_STEPS: f64 = 2e-3;
 /// A cause of a pair that shows less than this part of what is visible without the other one in the measurement is hidden.
 const SURELY_HIDDEN: f64 = 0.5;
@@ -155,8 +167,10 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
             if chosen && maker.is_hidden(&drawn) {
                 continue;
             }
-            let (solution, files) = maker.computable(&drawn)?;
-            if (!chosen || solution.is_visible()) && maker.is_sure_of(&solution)? {
+            let is_wanted = |solution: &Solution| !chosen || solution.is_visible();
+            let made = maker.computable(&drawn)?;
+            let settled = if is_wanted(&made.0) { maker.settled(made)? } else { None };
+            if let Some((solution, files)) = settled.filter(|(solution, _)| is_wanted(solution)) {
                 files.iter().try_for_each(|(path, text)| write_file(path, text.as_bytes()))?;
                 break solution;
             }
@@ -190,35 +204,50 @@ impl Maker<'_> {
     fn computable(&mut self, drawn: &Drawn) -> Result<(Solution, Files), MakeError> {
         let mut next = drawn.clone();
         for attempt in 1..=ATTEMPTS {
-            match self.one(next.clone()) {
-                Err(
-                    e @ (MakeError::Run(RunFailure::Model(_))
-                    | MakeError::Maker(_)
-                    | MakeError::Evaluation(EvaluationFailure::Failed(_))),
-                ) => self.replaced.push(Replaced { drawn: next, reason: e.to_string() }),
+            match self.one(next.clone(), 1.0) {
+                Err(e) if e.is_of_the_draw() => {
+                    self.replaced.push(Replaced { drawn: next, reason: e.to_string() });
+                }
                 made => return made,
             }
             next = again(drawn, attempt, self.plan.ground);
         }
-        self.one(next)
+        self.one(next, 1.0)
     }
 
-    /// Whether the force does not depend on the time steps; a draw whose force does is replaced.
-    fn is_sure_of(&mut self, solution: &Solution) -> Result<bool, MakeError> {
-        let drawn = &solution.drawn;
-        let truth_n = solution.truth_n();
-        let error = self.source.error_of_steps(&drawn.material, &drawn.causes, &self.tests, &truth_n);
-        let reason = match error {
-            Ok(error) if error <= LARGEST_ERROR_OF_STEPS => return Ok(true),
-            Ok(error) => MakeError::Steps(100.0 * error),
-            Err(e @ MakeError::Maker(_)) => e,
-            Err(other) => return Err(other),
+    /// The case with a force that does not depend on the time steps, which are shortened where it does; a draw whose force does not settle
+    /// is replaced.
+    fn settled(&mut self, made: (Solution, Files)) -> Result<Option<(Solution, Files)>, MakeError> {
+        let drawn = made.0.drawn.clone();
+        let found = match self.checked(made, 1.0) {
+            Err(MakeError::Steps(_)) => {
+                self.one(drawn.clone(), SHORT_STEPS).and_then(|made| self.checked(made, SHORT_STEPS))
+            }
+            other => other,
         };
-        self.replaced.push(Replaced { drawn: drawn.clone(), reason: reason.to_string() });
-        Ok(false)
+        match found {
+            Ok(made) => Ok(Some(made)),
+            Err(e) if e.is_of_the_draw() => {
+                self.replaced.push(Replaced { drawn, reason: e.to_string() });
+                Ok(None)
+            }
+            Err(other) => Err(other),
+        }
     }
 
-    fn one(&self, drawn: Drawn) -> Result<(Solution, Files), MakeError> {
+    /// A case with this part of the steps' tolerance, unless its force depends on the steps.
+    fn checked(
+        &self,
+        made: (Solution, Files),
+        part_of_tolerance: f64,
+    ) -> Result<(Solution, Files), MakeError> {
+        let Drawn { material, causes, .. } = &made.0.drawn;
+        let truth_n = made.0.truth_n();
+        let error = self.source.error_of_steps(material, causes, &self.tests, &truth_n, part_of_tolerance)?;
+        if error <= LARGEST_ERROR_OF_STEPS { Ok(made) } else { Err(MakeError::Steps(100.0 * error)) }
+    }
+
+    fn one(&self, drawn: Drawn, part_of_tolerance: f64) -> Result<(Solution, Files), MakeError> {
         let tests = &self.tests;
         // With all causes, without any, and with each of them alone.
         let mut sets = vec![drawn.causes.clone()];
@@ -228,7 +257,7 @@ impl Maker<'_> {
         if drawn.causes.len() > 1 {
             sets.extend(drawn.causes.iter().map(|c| vec![c.clone()]));
         }
-        let readings = self.source.readings_n(&drawn.material, &sets, tests)?;
+        let readings = self.source.readings_n(&drawn.material, &sets, tests, part_of_tolerance)?;
         let (files, measurements) = self.recorded(&drawn, &readings[0])?;
         let alone = if readings.len() > 2 { &readings[2..] } else { &readings[..drawn.causes.len()] };
         let changes: Vec<Vec<f64>> = alone.iter().map(|r| change_mn(r, &readings[1])).collect();
@@ -268,7 +297,7 @@ impl Maker<'_> {
         let is_hidden_beside_those_before = |causes: usize| {
             let alone = drawn.causes[..causes].iter().map(|cause| vec![cause.clone()]);
             let sets: Vec<_> = std::iter::once(vec![]).chain(alone).collect();
-            let readings = self.source.readings_n(&drawn.material, &sets, &self.tests)?;
+            let readings = self.source.readings_n(&drawn.material, &sets, &self.tests, 1.0)?;
             let (_, measurements) = self.recorded(drawn, &readings[1])?;
             let mut changes: Vec<_> = readings[1..].iter().map(|r| change_mn(r, &readings[0])).collect();
             // Those that are not computed yet change nothing.

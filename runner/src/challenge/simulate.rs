@@ -60,7 +60,8 @@ fn samples(protocol: &Protocol) -> Vec<f64> {
 
 /// Who computes the force on a specimen.
 pub trait Source {
-    /// Readings (N) of both tests without noise for each set of causes, `[set][test][sample]`; `material` has the FMU's names (SI).
+    /// Readings (N) of both tests without noise for each set of causes, `[set][test][sample]`; `material` has the FMU's names (SI). The error
+    /// that a time step may have is this part of what it is as a rule.
     ///
     /// # Errors
     /// When a run fails.
@@ -69,10 +70,11 @@ pub trait Source {
         material: &BTreeMap<String, f64>,
         sets: &[Vec<Cause>],
         tests: &[Test; 2],
+        part_of_tolerance: f64,
     ) -> Result<Vec<Vec<Vec<f64>>>, MakeError>;
 
-    /// By how much these readings (N) depend on the time steps: their largest difference from those of much shorter ones, over the test's
-    /// largest force; 0 where a cause is an error of the steps itself.
+    /// By how much readings (N), `[test][sample]`, depend on the time steps: their largest difference from those with a tenth of the tolerance
+    /// that they have a part of, over the test's largest force; 0 where a cause is an error of the steps itself.
     ///
     /// # Errors
     /// When a run fails.
@@ -82,6 +84,7 @@ pub trait Source {
         causes: &[Cause],
         tests: &[Test; 2],
         readings_n: &[Vec<f64>],
+        part_of_tolerance: f64,
     ) -> Result<f64, MakeError>;
 }
 

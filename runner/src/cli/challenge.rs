@@ -191,7 +191,7 @@ fn make_cases(arguments: &Make, call: &Invocation) -> CliResult {
     );
     if replaced > 0 {
         say!(
-            "{replaced} draws could not be computed or depend on the time steps, others of their kinds replace them; the key tells which and why"
+            "{replaced} draws could not be computed or depend on the time steps however short, others of their kinds replace them; the key tells which and why"
         );
     }
     match &arguments.secret {
