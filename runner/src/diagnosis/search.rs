@@ -112,8 +112,7 @@ impl Search<'_> {
             }
         }
         self.begin_elsewhere(&mut found, say)?;
-        let is_noise = |refit: &Refit| refit.leaves_noise(self.thresholds.inadequate);
-        if !outdone.is_empty() && !leader(&found).is_some_and(is_noise) {
+        if !outdone.is_empty() && !leader(&found).is_some_and(|best| self.needs_no_other(best)) {
             for beginnings in outdone {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
             }
@@ -147,7 +146,8 @@ impl Search<'_> {
         let mut singles = vec![];
         self.settle(&found, &mut singles, say)?;
         // Two effects may imitate a third one: no pair ends the search.
-        let is_over = |singles: &[Refit]| self.is_negligible || singles.iter().any(is_noise);
+        let is_over =
+            |singles: &[Refit]| self.is_negligible || singles.iter().any(|r| self.needs_no_other(r));
         if !rest.is_empty() && !is_over(&singles) {
             for beginnings in rest {
                 found.extend(self.begin(beginnings, say)?);
@@ -186,6 +186,11 @@ impl Search<'_> {
 
     fn leaves_noise(&self, refit: &Refit) -> bool {
         refit.leaves_noise(self.thresholds.significant)
+    }
+
+    /// Whether an effect leaves what may be noise, as it is or in another form.
+    fn needs_no_other(&self, refit: &Refit) -> bool {
+        refit.leaves_noise(self.thresholds.inadequate) || self.is_a_matter_of_form(refit)
     }
 
     /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain
@@ -227,11 +232,12 @@ impl Search<'_> {
         Depth::Below((points + NO_ANSWER * rest).max(MISSES_DATA * points))
     }
 
-    /// Whether another effect has gained much more than this one promises, wherever it begins; where that one leaves noise, at the plain
-    /// fit: far from it most of what is promised is what the plain model explains as well.
+    /// Whether another effect has gained much more than this one promises, wherever it begins; where that one leaves noise, as it is or in
+    /// another form, at the plain fit: far from it most of what is promised is what the plain model explains as well.
     fn is_outdone(&self, beginnings: &Beginnings, found: &[(Refit, VecDeque<Beginning>)]) -> bool {
-        let leaves_noise = leader(found).is_some_and(|best| self.leaves_noise(best));
-        let counts = |b: &&Beginning| b.is_at_fit || !leaves_noise;
+        let is_enough =
+            leader(found).is_some_and(|best| self.leaves_noise(best) || self.is_a_matter_of_form(best));
+        let counts = |b: &&Beginning| b.is_at_fit || !is_enough;
         let promised = beginnings.iter().filter(counts).map(|b| b.promise.gain).fold(0.0, f64::max);
         self.quick && found.iter().any(|(refit, _)| promised < OUTDONE * refit.gain)
     }
