@@ -8,7 +8,8 @@
 //! leaves noise; what looks like the best; what promises half as much at the plain fit, whatever it looks like
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
-//! -> while no single one of these leaves noise, unless the gap is then told as one that does not matter: quick: all others
+//! -> while no single one of these leaves noise, as it is or in another form, unless the gap is then told as one that does not matter:
+//! quick: all others
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
 //! the next best, too, until a pair leaves noise; the best with the next best; no pair where one of its effects alone in some form is as likely
 //! -> where none explains the gap, what explains nothing from its other starts, and what explains little on its other side
