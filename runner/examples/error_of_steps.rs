@@ -20,8 +20,7 @@ fn main() -> Result<(), Error> {
     println!("| batch | case | kind | error of the steps | |\n|---|---|---|---|---|");
     for batch in arguments.chunks_exact(3) {
         let text = std::fs::read_to_string(&batch[2])?;
-        let digits = text.lines().rfind(|line| !line.starts_with('#')).unwrap_or("");
-        let secret = Secret::of(digits).ok_or_else(|| format!("{}: no secret", batch[2]))?;
+        let secret = Secret::of(&text).ok_or_else(|| format!("{}: no secret", batch[2]))?;
         let key = open(Path::new(&batch[1]), Path::new(&batch[0]), &secret)?;
         let tests = tests(key.cycles)?;
         for case in key.cases {

@@ -118,6 +118,9 @@ fn a_lag_of_two_stages_is_no_pair() {
     assert_eq!(found["verdict"]["kind"], "effect", "{}", found["verdict"]["text"]);
     let named = found["verdict"]["effects"].as_array().unwrap();
     assert!(named.len() == 1 && named[0] == "load_cell_lag", "{named:?}");
+    // What leaves noise in another form ends the search: nothing is tried that promises little beside it.
+    let tried = found["models"].as_array().unwrap();
+    assert!(!tried.iter().any(|model| model["effects"].to_string().contains("drift")), "{tried:?}");
 }
 
 /// Goal: two effects are told where one alone, in whatever form, is the poorer explanation. Set-up: flow and softening; flow alone leaves a

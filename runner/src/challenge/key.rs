@@ -95,9 +95,10 @@ impl Secret {
         hex(&self.0)
     }
 
-    /// As it was told, or `None`.
+    /// As it was told, or `None`: its digits are the last line that is no comment.
     pub fn of(text: &str) -> Option<Self> {
-        let bytes: [u8; 32] = bytes(text.trim())?.try_into().ok()?;
+        let digits = text.lines().rfind(|line| !line.starts_with('#'))?;
+        let bytes: [u8; 32] = bytes(digits.trim())?.try_into().ok()?;
         Some(Self(bytes.into()))
     }
 }
@@ -223,7 +224,7 @@ mod tests {
         let bytes = write(&key);
         assert!(!String::from_utf8(bytes.clone()).unwrap().contains("seed"));
         std::fs::write(folder.path().join(SEAL), format!("{}\n", hash(&bytes))).unwrap();
-        let told = Secret::of(&secret.text()).unwrap();
+        let told = Secret::of(&format!("# kept apart\n{}\n", secret.text())).unwrap();
         assert_eq!(open(&path, folder.path(), &told).unwrap(), key);
         let error = open(&path, folder.path(), &Secret::random()).unwrap_err();
         assert!(matches!(error, KeyError::Secret { .. }), "{error}");

@@ -291,9 +291,8 @@ fn secret_of(told: &str) -> Result<Secret, Box<dyn std::error::Error>> {
     }
     let bytes = read_input(Path::new(told))
         .map_err(|e| UsageError(format!("--secret {told}: neither 64 hexadecimal digits nor a file: {e}")))?;
-    let text = String::from_utf8_lossy(&bytes);
-    let digits = text.lines().rfind(|line| !line.starts_with('#')).unwrap_or("");
-    Secret::of(digits).ok_or_else(|| format!("{told} does not hold 64 hexadecimal digits").into())
+    Secret::of(&String::from_utf8_lossy(&bytes))
+        .ok_or_else(|| format!("{told} does not hold 64 hexadecimal digits").into())
 }
 
 fn score_answers(arguments: &Score) -> CliResult {
