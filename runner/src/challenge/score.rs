@@ -274,13 +274,21 @@ fn accuses(answer: &Answer) -> bool {
     matches!(answer.kind, Kind::Effect | Kind::Group | Kind::Pair)
 }
 
+/// Whether one effect was accused, or one of a group.
+fn accuses_one(answer: &Answer) -> bool {
+    matches!(answer.kind, Kind::Effect | Kind::Group)
+}
+
 fn is_right(solution: &Solution, answer: &Answer) -> bool {
     let names = |effect: &String| answer.families.contains(effect);
     match solution.drawn.kind {
         CaseKind::Null => answer.kind == Kind::NoGap,
         CaseKind::Outside => !accuses(answer),
+        // A pair accuses one that is innocent.
         CaseKind::Single | CaseKind::Weak if accuses(answer) => {
-            solution.effects.iter().all(names) && answer.families.len() <= LARGEST_GROUP
+            accuses_one(answer)
+                && solution.effects.iter().all(names)
+                && answer.families.len() <= LARGEST_GROUP
         }
         // To accuse nothing is right only of what cannot be seen, or does not matter.
         CaseKind::Single | CaseKind::Weak => !solution.matters(answer.matters_percent),
@@ -302,7 +310,7 @@ fn scores(answers: &[(&Solution, Answer)]) -> Scores {
     let visible = || single().filter(matter);
     let immaterial = single().filter(|pair| pair.0.is_visible() && !matter(pair));
     let weak = single().filter(|(s, _)| !s.is_visible());
-    let first = |(s, a): &(&Solution, Answer)| accuses(a) && a.families.first() == s.effects.first();
+    let first = |(s, a): &(&Solution, Answer)| accuses_one(a) && a.families.first() == s.effects.first();
     let accused: Vec<&Answer> = answers.iter().map(|(_, a)| a).filter(|a| accuses(a)).collect();
     let covered = |(s, a): &(&Solution, Answer)| {
         let ((_, low, high), truth) = (a.shrinkage?, a.true_shrinkage?);
@@ -355,4 +363,38 @@ fn form(cause: &super::cause::Cause) -> String {
     let value = serde_json::to_value(cause).ok();
     let name = value.as_ref().and_then(|v| v["form"].as_str()).unwrap_or("unknown");
     format!("{name} (outside)")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draw::draw;
+    use super::*;
+
+    /// An answer to a visible single effect that matters: whether it is named first, and whether the answer is right.
+    fn scored(kind: Kind, families: &[&str]) -> (u64, bool) {
+        let drawn = draw(1, 1, &[CaseKind::Single], Ground::Wide).remove(0);
+        let effects = vec!["offset".to_owned()];
+        let solution =
+            Solution { drawn, effects, visibility: vec![50.0], gap_percent: vec![3.0], truth_mn: vec![] };
+        let answer = Answer {
+            kind,
+            families: families.iter().map(|f| (*f).to_owned()).collect(),
+            confidence: 0.9,
+            matters_percent: 1.0,
+            shrinkage: None,
+            true_shrinkage: None,
+            description: None,
+        };
+        let right = is_right(&solution, &answer);
+        (scores(&[(&solution, answer)]).top_1.hits, right)
+    }
+
+    #[test]
+    fn a_single_effect_is_named_alone_or_in_a_group_not_in_a_pair() {
+        assert_eq!(scored(Kind::Effect, &["offset"]), (1, true));
+        assert_eq!(scored(Kind::Group, &["softening", "offset"]), (0, true));
+        assert_eq!(scored(Kind::Group, &["offset", "slip", "softening", "eyring"]), (1, false));
+        assert_eq!(scored(Kind::Pair, &["offset", "slip"]), (0, false));
+        assert_eq!(scored(Kind::NoGap, &[]), (0, false));
+    }
 }

@@ -3,6 +3,7 @@
 use super::confirming::{Refit, adequacy, evidence};
 use super::search::Search;
 use super::thresholds::Thresholds;
+use super::verdict::weight_of_one_among;
 use crate::inference::fit::Fit;
 
 /// Nature's law may deviate from the catalogue's by as much as `form` says, or by these parts of it.
@@ -32,15 +33,16 @@ impl Search<'_> {
         rest.is_some_and(|rest| adequacy(self.setup, &rest) > self.thresholds.significant)
     }
 
-    /// Whether two effects are more likely than each of them `alone` in whatever form: by the prior odds of a pair, and what a second effect
-    /// must have. Where one alone leaves noise beside errors of its form, both leave noise without any.
-    pub(super) fn needs_both(&self, pair: &Refit, alone: &[&Refit], is_a_matter_of_form: bool) -> bool {
-        let Thresholds { complexity, second, inadequate, .. } = self.thresholds;
+    /// Whether two effects are decidedly more likely than each single one in whatever form, by the prior odds of a pair and of this second
+    /// among all. Where one of them alone leaves noise beside errors of its form, both leave noise without any.
+    pub(super) fn is_needed(&self, pair: &Refit, singles: &[Refit], is_a_matter_of_form: bool) -> bool {
+        let Thresholds { complexity, decisive, inadequate, .. } = self.thresholds;
         if is_a_matter_of_form && !pair.leaves_noise(inadequate) {
             return false;
         }
-        let least = self.evidence_of_some_form(pair) - complexity - second;
-        alone.iter().all(|single| self.evidence_of_some_form(single) < least)
+        let least =
+            self.evidence_of_some_form(pair) - complexity - weight_of_one_among(self.rivals) - decisive;
+        singles.iter().all(|single| self.evidence_of_some_form(single) < least)
     }
 
     /// Twice the log evidence of a refit, as it is or beside errors of its effects' forms, whichever is most likely.

@@ -69,9 +69,9 @@ impl Search<'_> {
     ) -> Result<bool, DiagnosisError> {
         self.each_alone(&pair, singles, say)?;
         let is_member = |single: &&Refit| pair.members.contains(&single.members[0]);
-        let alone: Vec<&Refit> = singles.iter().filter(is_member).collect();
-        let is_a_matter_of_form = alone.iter().any(|single| self.is_a_matter_of_form(single));
-        if self.needs_both(&pair, &alone, is_a_matter_of_form) {
+        let is_a_matter_of_form =
+            singles.iter().filter(is_member).any(|single| self.is_a_matter_of_form(single));
+        if self.is_needed(&pair, singles, is_a_matter_of_form) {
             // Two firsts may lead to one pair.
             let is_same = |other: &&mut Refit| pair.members.iter().all(|k| other.members.contains(k));
             match pairs.iter_mut().find(is_same) {

@@ -141,6 +141,7 @@ impl Asked<'_> {
                 setup,
                 elsewhere,
                 candidates,
+                rivals,
                 screened: &round.screened,
                 shown: &shown,
                 plain,

@@ -69,6 +69,8 @@ pub struct Search<'a> {
     pub elsewhere: &'a [Elsewhere<'a>],
     /// What was asked about.
     pub candidates: &'a [Candidate],
+    /// Number of effects that they are forms of.
+    pub rivals: usize,
     /// What was screened; all of it may stand in for the best.
     pub screened: &'a [Screened],
     /// Those that these data would show, or seem to show.

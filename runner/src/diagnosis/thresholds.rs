@@ -26,8 +26,8 @@ pub struct Thresholds {
     pub decisive: f64,
     /// Prior odds of a pair, and of something outside the catalogue, against a single effect, as twice their logarithm: one in seven.
     pub complexity: f64,
-    /// Twice the log evidence that a second effect must have in the rest of the best single one, and, beside a pair's prior odds, a pair
-    /// against each of its effects alone in whatever form: odds of fifty, as some twenty effects stand for it.
+    /// Twice the log evidence that a second effect must promise in the rest of the best single one to be tried: odds of fifty, as some twenty
+    /// effects stand for it.
     pub second: f64,
     /// Nature's law of the first effect may deviate from the catalogue's by this part of it; what a second one does must be more than
     /// that explains. A lag of two stages deviates from one of one by as much.

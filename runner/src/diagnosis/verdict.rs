@@ -86,9 +86,9 @@ fn add_distinct(
     }
 }
 
-/// Twice the log of the plain model's prior odds to one of so many effects: half of all cases have no gap before anything is measured; the
-/// other half is shared by the effects.
-fn weight_of_no_gap(rivals: usize) -> f64 {
+/// Twice the log of the prior odds against one of so many effects. Half of all cases have no gap before anything is measured, and the effects
+/// share the other half: these are the plain model's odds, too.
+pub fn weight_of_one_among(rivals: usize) -> f64 {
     2.0 * (rivals.max(1) as f64).ln()
 }
 
@@ -99,7 +99,7 @@ pub fn weight_of_something_else(evidence: f64, thresholds: &Thresholds) -> f64 {
 
 /// Whether something outside the catalogue that weighs so much is told of a gap that is smaller than what matters.
 pub fn is_told_of_a_small_gap(something_else: f64, rivals: usize, thresholds: &Thresholds) -> bool {
-    something_else >= weight_of_no_gap(rivals) + thresholds.decisive
+    something_else >= weight_of_one_among(rivals) + thresholds.decisive
 }
 
 /// Decides.
@@ -113,7 +113,7 @@ pub fn decide(e: &Evidence) -> Decision {
     let bound = adequate.map(|(w, _)| *w).reduce(f64::max).unwrap_or(f64::INFINITY);
     let elsewhere = bound.min(weight_of_something_else(e.something_else, &e.thresholds));
     weights.push(elsewhere);
-    let plain = weight_of_no_gap(e.rivals);
+    let plain = weight_of_one_among(e.rivals);
     weights.push(plain);
     let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let shares: Vec<f64> = weights.iter().map(|w| (0.5 * (w - top)).exp()).collect();
@@ -179,7 +179,9 @@ pub fn decide(e: &Evidence) -> Decision {
         let near = weights[best] - weights[*k] < decisive;
         // What size an effect may have is a matter of opinion: one that looks the same and meets the data as well stays in the group.
         let as_good = is_alike && r.fit.misfit() - refit.fit.misfit() < decisive;
-        r.members.len() == 1 && *k != best && (as_good || near && (explains(r) || is_alike))
+        // What leaves a rest, but is more likely with it, is not ruled out by its form.
+        let more_likely = weights[*k] > weights[best] && (e.accepted)(r) != Some(false);
+        r.members.len() == 1 && *k != best && (as_good || more_likely || near && (explains(r) || is_alike))
     };
     let rivals: Vec<usize> = order.iter().copied().filter(rival).collect();
     let mut members = vec![leader];

@@ -92,6 +92,20 @@ fn near_rivals_are_a_group_and_far_ones_are_not() {
     assert_eq!((d.kind, d.members), (Kind::Group, vec![1, 2]));
 }
 
+/// What leaves more than noise, but is more likely with what its rest offers to something else, is named beside what leaves noise.
+#[test]
+fn what_is_more_likely_with_its_rest_is_in_the_group() {
+    let with_rest = |offered: f64| {
+        let mut poor = Refit { adequacy: 1e-3, leaves_little: false, ..refit(2, 18.0) };
+        poor.remainder.evidence = offered;
+        let found = [refit(1, 20.0), poor];
+        let d = decide(&Evidence { alike: &|_, _| false, ..evidence(&found, 0.0, 0.0) });
+        (d.kind, d.members, d.confidence > 0.5)
+    };
+    assert_eq!(with_rest(16.0), (Kind::Group, vec![1, 2], true));
+    assert_eq!(with_rest(0.0), (Kind::Effect, vec![1], true));
+}
+
 /// A rival of an unlikely size that meets the data as well stays in the group, as the last; one that meets them worse does not.
 #[test]
 fn a_size_that_nobody_expects_leaves_an_effect_in_its_group() {
