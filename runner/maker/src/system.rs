@@ -49,6 +49,13 @@ pub struct Step<'a> {
     pub stiffening: f64,
 }
 
+impl Step<'_> {
+    /// What a point of the face remembers of the beginning, and of one step earlier.
+    fn touches(&self, point: usize) -> (&Touch, &Touch) {
+        (&self.last.touches[point], &self.before.touches[point])
+    }
+}
+
 /// Residual and tangent.
 #[derive(Debug, Default)]
 pub struct Equations {
@@ -239,8 +246,7 @@ impl System {
         let point = |(i, g): (usize, (&Strip, &SidePoint))| {
             let (strip, g) = g;
             let at = |d: usize| (0..3).map(|a| g.shape[a] * x[2 * strip.side[a] + d]).sum::<f64>();
-            let past = (&step.last.touches[i], &step.before.touches[i]);
-            face.respond(strip.stiffness, past, at(1) + depth, at(0), &step.formula).0.branch
+            face.respond(strip.stiffness, step.touches(i), at(1) + depth, at(0), &step.formula).0.branch
         };
         self.strips.iter().flat_map(|s| s.points.iter().map(move |g| (s, g))).enumerate().map(point).collect()
     }
@@ -317,10 +323,10 @@ impl System {
         let places = &self.places[self.cells.len() + index];
         for (k, g) in strip.points.iter().enumerate() {
             let at = |d: usize| (0..3).map(|a| g.shape[a] * x[2 * strip.side[a] + d]).sum::<f64>();
-            let at_point = 3 * index + k;
-            let past = (&step.last.touches[at_point], &step.before.touches[at_point]);
-            let (t, touch) = face.respond(strip.stiffness, past, at(1) + depth, at(0), &step.formula);
-            now[at_point] = touch;
+            let (last, before) = step.touches(3 * index + k);
+            let (t, touch) =
+                face.respond(strip.stiffness, (last, before), at(1) + depth, at(0), &step.formula);
+            now[3 * index + k] = touch;
             eq.force += t.normal * g.weight;
             eq.force_by_depth += t.normal_slope * g.weight;
             for a in 0..3 {
@@ -340,7 +346,7 @@ impl System {
                     add(2 * a + 1, 2 * b + 1, t.normal_slope * w);
                 }
             }
-            let permeance = if past.0.closed { self.face_permeance } else { self.open_permeance };
+            let permeance = if last.closed { self.face_permeance } else { self.open_permeance };
             if permeance > 0.0 {
                 self.add_flux(strip, g, permeance * step.formula.gamma, x, places, tangent, nodes, eq);
             }

@@ -27,7 +27,8 @@ pub struct Key {
     pub cycles: i32,
     /// All cases.
     pub cases: Vec<Solution>,
-    /// Draws that others of their kind replace, because they could not be computed, or depend on the time steps, however short: a bias, where they are many.
+    /// Draws that others of their kind replace, because they could not be computed, or depend on the time steps, however short: a bias,
+    /// where they are many.
     pub replaced: Vec<Replaced>,
 }
 

@@ -128,8 +128,8 @@ pub struct Made {
 const ATTEMPTS: u64 = 8;
 /// Times that one is drawn whose causes should be visible: of pairs, one in thirteen is.
 const VISIBLE_ATTEMPTS: u64 = 100;
-/// Largest part of the largest force that the time steps may change: a fifth of the gap that matters. Of most cases it is a thousandth; the others
-/// are computed with shorter steps.
+/// Largest part of the largest force that the time steps may change: a fifth of the gap that matters. Of most cases it is a thousandth; the
+/// others are computed with shorter steps.
 pub const LARGEST_ERROR_OF_STEPS: f64 = 2e-3;
 /// A cause of a pair that shows less than this part of what is visible without the other one in the measurement is hidden.
 const SURELY_HIDDEN: f64 = 0.5;
@@ -204,11 +204,8 @@ impl Maker<'_> {
     fn computable(&mut self, drawn: &Drawn) -> Result<(Solution, Files), MakeError> {
         let mut next = drawn.clone();
         for attempt in 1..=ATTEMPTS {
-            match self.one(next.clone(), 1.0) {
-                Err(e) if e.is_of_the_draw() => {
-                    self.replaced.push(Replaced { drawn: next, reason: e.to_string() });
-                }
-                made => return made,
+            if let Some(made) = self.or_replaced(&next, self.one(next.clone(), 1.0))? {
+                return Ok(made);
             }
             next = again(drawn, attempt, self.plan.ground);
         }
@@ -225,13 +222,17 @@ impl Maker<'_> {
             }
             other => other,
         };
-        match found {
-            Ok(made) => Ok(Some(made)),
+        self.or_replaced(&drawn, found)
+    }
+
+    /// What was made of a draw; `None` where it is kept for the key, as another one replaces it.
+    fn or_replaced<T>(&mut self, drawn: &Drawn, made: Result<T, MakeError>) -> Result<Option<T>, MakeError> {
+        match made {
             Err(e) if e.is_of_the_draw() => {
-                self.replaced.push(Replaced { drawn, reason: e.to_string() });
+                self.replaced.push(Replaced { drawn: drawn.clone(), reason: e.to_string() });
                 Ok(None)
             }
-            Err(other) => Err(other),
+            made => made.map(Some),
         }
     }
 

@@ -23,7 +23,7 @@ const FIRSTS: usize = 5;
 type Look = Vec<Promise>;
 
 impl Search<'_> {
-    /// Pairs that are better explanations than each of their effects alone, until one leaves noise.
+    /// Pairs that are better explanations than every single effect, until one leaves noise.
     pub(super) fn find_pairs(
         &self,
         singles: &mut Vec<Refit>,

@@ -11,7 +11,7 @@
 //! -> while no single one of these leaves noise, as it is or in another form, unless the gap is then told as one that does not matter:
 //! quick: all others
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
-//! the next best, too, until a pair leaves noise; the best with the next best; no pair where one of its effects alone in some form is as likely
+//! the next best, too, until a pair leaves noise; the best with the next best; no pair where a single effect in some form is as likely
 //! -> where none explains the gap, what explains nothing from its other starts, and what explains little on its other side
 //! ```
 
@@ -115,7 +115,8 @@ impl Search<'_> {
             }
         }
         self.begin_elsewhere(&mut found, say)?;
-        if !outdone.is_empty() && !leader(&found).is_some_and(|best| self.needs_no_other(best)) {
+        let needs_no_other = |refit: &Refit| self.needs_no_other(refit, self.thresholds.inadequate);
+        if !outdone.is_empty() && !leader(&found).is_some_and(needs_no_other) {
             for beginnings in outdone {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
             }
@@ -149,9 +150,7 @@ impl Search<'_> {
         let mut singles = vec![];
         self.settle(&found, &mut singles, say)?;
         // Two effects may imitate a third one: no pair ends the search.
-        let is_over =
-            |singles: &[Refit]| self.is_negligible || singles.iter().any(|r| self.needs_no_other(r));
-        if !rest.is_empty() && !is_over(&singles) {
+        if !rest.is_empty() && !self.is_negligible && !singles.iter().any(needs_no_other) {
             for beginnings in rest {
                 found.extend(self.begin(beginnings, say)?);
             }
@@ -162,7 +161,7 @@ impl Search<'_> {
         self.find_pairs(&mut singles, &mut pairs, say)?;
         // What leaves a rest that may be a matter of its form is an answer unless something else is the better one.
         let is_explained = singles.iter().chain(&pairs).any(|r| r.meets_data(&self.thresholds));
-        if !is_explained && !is_over(&singles) && self.begin_again(&mut found, say)? {
+        if !is_explained && !self.is_negligible && self.begin_again(&mut found, say)? {
             self.begin_elsewhere(&mut found, say)?;
             self.settle(&found, &mut singles, say)?;
             self.find_pairs(&mut singles, &mut pairs, say)?;
@@ -187,13 +186,9 @@ impl Search<'_> {
         refit.gain < self.thresholds.decisive
     }
 
-    fn leaves_noise(&self, refit: &Refit) -> bool {
-        refit.leaves_noise(self.thresholds.significant)
-    }
-
-    /// Whether an effect leaves what may be noise, as it is or in another form.
-    fn needs_no_other(&self, refit: &Refit) -> bool {
-        refit.leaves_noise(self.thresholds.inadequate) || self.is_a_matter_of_form(refit)
+    /// Whether an effect leaves what may be noise, with more than this probability as it is, or in another form.
+    fn needs_no_other(&self, refit: &Refit, probability: f64) -> bool {
+        refit.leaves_noise(probability) || self.is_a_matter_of_form(refit)
     }
 
     /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain
@@ -238,11 +233,12 @@ impl Search<'_> {
     /// Whether another effect has gained much more than this one promises, wherever it begins; where that one leaves noise, as it is or in
     /// another form, at the plain fit: far from it most of what is promised is what the plain model explains as well.
     fn is_outdone(&self, beginnings: &Beginnings, found: &[(Refit, VecDeque<Beginning>)]) -> bool {
-        let is_enough =
-            leader(found).is_some_and(|best| self.leaves_noise(best) || self.is_a_matter_of_form(best));
-        let counts = |b: &&Beginning| b.is_at_fit || !is_enough;
-        let promised = beginnings.iter().filter(counts).map(|b| b.promise.gain).fold(0.0, f64::max);
-        self.quick && found.iter().any(|(refit, _)| promised < OUTDONE * refit.gain)
+        let most = found.iter().map(|(refit, _)| refit.gain).fold(0.0, f64::max);
+        let promises = |b: &Beginning| b.promise.gain >= OUTDONE * most;
+        let is_enough = |best: &Refit| self.needs_no_other(best, self.thresholds.significant);
+        self.quick
+            && !beginnings.iter().any(|b| b.is_at_fit && promises(b))
+            && (!beginnings.iter().any(promises) || leader(found).is_some_and(is_enough))
     }
 
     /// A refit with one effect, from the first start from which it ends no higher than the plain model that it contains; where none does,

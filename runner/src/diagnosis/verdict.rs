@@ -11,7 +11,8 @@ use super::thresholds::Thresholds;
 /// Longest list of effects that is an answer: a longer one helps nobody to choose what to measure next.
 const MOST_NAMED: usize = 3;
 /// Parts of the answers that are right: of those that find a gap, as nature keeps to no catalogue's forms, which the evidence does not
-/// know (89 of 94, by the rule of succession), and of those that find none. Found on 334 cases of `challenge` (README); no answer depends on them.
+/// know (89 of 94, by the rule of succession), and of those that find none. Found on 334 cases of `challenge` (README); no answer depends
+/// on them.
 const RELIABILITY: f64 = 0.94;
 const RELIABILITY_OF_NO_GAP: f64 = 0.99;
 
