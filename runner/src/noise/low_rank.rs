@@ -304,6 +304,10 @@ impl SharedNoise for Covariance {
         columns
     }
 
+    fn grows(&self) -> Vec<bool> {
+        self.common.iter().map(|c| self.part_of_force(c).is_some()).collect()
+    }
+
     fn growth(&self, heights: &DVector<f64>) -> DVector<f64> {
         let mut sum = DVector::zeros(self.len());
         for (common, height) in self.common.iter().zip(heights.iter()) {
