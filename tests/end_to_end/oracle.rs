@@ -46,6 +46,11 @@ fn what_other_parameters_do_as_well_is_invisible() {
     let found = oracle.seen(std::slice::from_ref(&change)).unwrap()[0];
     assert!(linear.score > 6.0 && linear.gap_percent > 1.0, "{linear:?}");
     assert!(found.score < 1.0 && found.gap_percent < 0.1, "{found:?}");
+    // What is far from visible is not carried on.
+    let little: Vec<f64> = change.iter().map(|mn| 0.1 * linear.score.recip() * mn).collect();
+    let both_ways = [oracle.seen_linearly(std::slice::from_ref(&little)), oracle.seen(&[little])];
+    let [linearly, seen] = both_ways.map(|seen| seen.unwrap()[0]);
+    assert!((seen.score - 0.1).abs() < 1e-6 && seen == linearly, "{seen:?} {linearly:?}");
     // Half of the points 1 mN higher: what no material does.
     let other: Vec<f64> = (0..change.len()).map(|i| if i % 2 == 0 { 1.0 } else { 0.0 }).collect();
     let both: Vec<f64> = change.iter().zip(&other).map(|(a, b)| a + 2.0 * b).collect();

@@ -4,9 +4,9 @@ use super::by_engine::ByEngine;
 use super::by_maker::{ByMaker, SHORT_STEPS};
 use super::draw::{Drawn, Kind, again, draw};
 use super::ground::Ground;
-use super::key::{CASES, CONTENT, Key, Replaced, SEAL, Secret, Solution, VISIBLE, hash, sealed};
+use super::key::{CASES, CONTENT, Key, Replaced, SEAL, Secret, Solution, hash, sealed};
 use super::noise::{csv, measured_n};
-use super::oracle::Oracle;
+use super::oracle::{Oracle, Seen};
 use super::simulate::{Source, Test, tests};
 use crate::data::{DataError, Measurement, Wanted, read_str};
 use crate::engine::Engine;
@@ -131,8 +131,6 @@ const VISIBLE_ATTEMPTS: u64 = 100;
 /// Largest part of the largest force that the time steps may change: a fifth of the gap that matters. Of most cases it is a thousandth; the
 /// others are computed with shorter steps.
 pub const LARGEST_ERROR_OF_STEPS: f64 = 2e-3;
-/// A cause of a pair that shows less than this part of what is visible without the other one in the measurement is hidden.
-const SURELY_HIDDEN: f64 = 0.5;
 
 /// Writes the cases to `cases/ID/P1.csv` and `P2.csv`, the sealed key, and its hash beside the cases.
 ///
@@ -304,7 +302,7 @@ impl Maker<'_> {
             // Those that are not computed yet change nothing.
             changes.resize(drawn.causes.len(), vec![0.0; changes[0].len()]);
             let seen = self.oracle(drawn, &measurements)?.seen_linearly(&changes)?;
-            Ok::<_, MakeError>(seen[..causes].iter().any(|s| s.score < SURELY_HIDDEN * VISIBLE))
+            Ok::<_, MakeError>(seen[..causes].iter().any(Seen::is_surely_hidden))
         };
         // What cannot be computed is told where the case is made.
         drawn.causes.len() > 1

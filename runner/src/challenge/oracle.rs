@@ -39,6 +39,17 @@ pub struct Seen {
     pub gap_percent: f64,
 }
 
+/// What a refit that is linear at the true parameters leaves is hidden, however far a refit would go, where it is this part of what is
+/// visible.
+const SURELY_HIDDEN: f64 = 0.5;
+
+impl Seen {
+    /// Whether what is left by a refit that is linear at the true parameters can surely not be seen.
+    pub fn is_surely_hidden(&self) -> bool {
+        self.score < SURELY_HIDDEN * VISIBLE
+    }
+}
+
 /// Who knows the truth of a case.
 pub struct Oracle<'a> {
     engine: &'a Engine,
@@ -96,11 +107,15 @@ impl<'a> Oracle<'a> {
         (0..changes_mn.len()).map(seen).collect()
     }
 
-    /// The same of refits that are carried to the minimum.
+    /// The same of refits that are carried to the minimum, unless all are surely hidden.
     ///
     /// # Errors
     /// When one fails.
     pub fn seen(&self, changes_mn: &[Vec<f64>]) -> Result<Vec<Seen>, MakeError> {
+        let linearly = self.seen_linearly(changes_mn)?;
+        if linearly.iter().all(Seen::is_surely_hidden) {
+            return Ok(linearly);
+        }
         let starts = self.starts()?;
         (0..changes_mn.len()).map(|k| self.refitted(changes_mn, k, &starts)).collect()
     }
