@@ -6,6 +6,7 @@ use super::experiments::{Proposal, proposals, rivals};
 use super::gap::gap_percent;
 use super::held_out::{Split, splits};
 use super::leftover::{Leftover, leftover};
+use super::nested::chosen_without;
 use super::plain_start::PlainStarts;
 use super::result::Kind;
 use super::round::{Asked, Round, linear_evidence};
@@ -180,13 +181,23 @@ pub fn diagnose(
     };
     let accepted = |r: &Refit| accepted(held_out(r));
     let percent = |difference_mn: &DVector<f64>| gap_percent(&observations, difference_mn);
-    let explained = |r: &Refit| percent(&(&plain.gap_mn - &r.fit.gap_mn));
-    let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
     let gap_percent = percent(&plain.gap_mn);
+    // What is beyond the gap, as errors that points share are of the other sign there, is not explained.
+    let explained = |r: &Refit| percent(&(&plain.gap_mn - &r.fit.gap_mn)).min(gap_percent);
+    let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
+    // Data that helped to choose a model do not confirm it.
+    let is_chosen_without = |r: &Refit, c: &&Comparison| {
+        let is_alike = |chosen: &Refit| match (&chosen.members[..], &r.members[..]) {
+            ([a], [b]) => a == b || alike(*a, *b),
+            (one, other) => one == other,
+        };
+        chosen_without(refits, &candidates, c.split(), &thresholds).is_some_and(is_alike)
+    };
     let removed = |r: &Refit| {
         let noises_mn = draws_of_noise_mn(r, &observations, &candidates, thresholds.form);
         let surely = |c: &Comparison| c.surely_removes(1.0 - thresholds.rest, &noises_mn);
-        held_out(r).iter().filter_map(surely).reduce(|any, one| any || one)
+        let nested = held_out(r).iter().filter(|c| is_chosen_without(r, c));
+        nested.filter_map(surely).reduce(|any, one| any || one)
     };
     let decision = decide(&Evidence {
         thresholds,

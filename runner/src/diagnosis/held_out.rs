@@ -92,6 +92,11 @@ impl Predictor {
         Some(Self { split: split.clone(), known, predicted, white_mn, deviation_mn, left })
     }
 
+    /// What is predicted from what.
+    pub fn split(&self) -> &Split {
+        &self.split
+    }
+
     /// The predicted points.
     pub fn points(&self) -> &[usize] {
         &self.split.predicted

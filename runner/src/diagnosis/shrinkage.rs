@@ -107,6 +107,11 @@ impl Comparison {
         Some(Self { plain, extended, score, informative, significant: thresholds.significant })
     }
 
+    /// What is predicted from what.
+    pub fn split(&self) -> &Split {
+        self.plain.predictor.split()
+    }
+
     /// Predictions (mN) at the split's points with or without the effect, from what was measured at all points (mN).
     pub fn predicted_mn(&self, measured_mn: &[f64], with_effect: bool) -> Vec<f64> {
         let side = if with_effect { &self.extended } else { &self.plain };

@@ -39,7 +39,7 @@ pub struct Thresholds {
     /// A magnitude of which more than this part of the prior's variance is left was not learned from what was fitted.
     pub learned: f64,
     /// An effect that explains less than this part of what matters is a finding only where data that were not fitted confirm it: where it
-    /// surely takes `1 - rest` of their gap. A null of an independent solver shows effects of 0.6; of five cases with 0.6 to 0.75 none had a
+    /// would be chosen without them, and surely takes `1 - rest` of their gap. A null of an independent solver shows effects of 0.6; of five cases with 0.6 to 0.75 none had a
     /// gap that matters for somebody who knows it.
     pub immaterial: f64,
 }

@@ -28,8 +28,8 @@ pub struct Evidence<'a> {
     pub is_small: bool,
     /// What a model explains, free of noise, over what matters.
     pub explained: &'a dyn Fn(&Refit) -> f64,
-    /// Whether a model surely takes more of the gap of some held-out data than is a matter of form; `None` where no split determines it, or
-    /// has a gap of its own.
+    /// Whether a model, or one that looks like it, would be chosen without some data and surely takes more of their gap than is a matter of
+    /// form; `None` where no split determines it, has a gap of its own, and would choose it.
     pub removed: &'a dyn Fn(&Refit) -> Option<bool>,
     /// Effects that were asked about: as many chances to find one that fits noise.
     pub rivals: usize,
