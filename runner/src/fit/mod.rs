@@ -13,6 +13,7 @@ mod correction;
 pub mod multi_start;
 mod options;
 pub mod problem;
+pub mod products;
 pub mod shared_errors;
 pub mod solution;
 mod step;

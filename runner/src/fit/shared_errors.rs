@@ -2,8 +2,8 @@
 //! the measurement as further residuals.
 
 use super::problem::{EvaluationFailure, Problem};
+use super::products::products;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use std::ops::Range;
 
 /// A linear map that makes correlated noise white: `Cov(apply(noise)) = 1`.
 pub trait Whitening {
@@ -100,7 +100,7 @@ impl<'a, P: Problem, N: SharedNoise> SharedErrors<'a, P, N> {
     pub fn new(problem: P, noise: &'a N, measured: DVector<f64>, prior: Prior) -> Self {
         let grows = noise.grows();
         let columns = scaled(noise.shared(&measured), noise.white());
-        let fixed = square(&columns, |i, j| (grows[i] || grows[j]).then_some(0.0));
+        let fixed = products(&columns, |i, j| (grows[i] || grows[j]).then_some(0.0));
         Self { problem, noise, measured, prior, grows, fixed }
     }
 
@@ -113,7 +113,7 @@ impl<'a, P: Problem, N: SharedNoise> SharedErrors<'a, P, N> {
         let white = self.noise.white();
         let columns = scaled(self.noise.shared(&(raw + &self.measured)), white);
         let known = |i: usize, j: usize| (!self.grows[i] && !self.grows[j]).then(|| self.fixed[(i, j)]);
-        let (normal, likeliest) = by_square(square(&columns, known), &columns, &raw.component_div(white))
+        let (normal, likeliest) = by_products(products(&columns, known), &columns, &raw.component_div(white))
             .ok_or_else(|| EvaluationFailure::Failed("forces are not finite".to_owned()))?;
         Ok(Heights { columns, normal, best: -likeliest })
     }
@@ -125,51 +125,19 @@ pub fn likeliest_heights(
     columns: &DMatrix<f64>,
     residual: &DVector<f64>,
 ) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
-    by_square(square(columns, |_, _| None), columns, residual)
+    by_products(products(columns, |_, _| None), columns, residual)
 }
 
 /// The same, where `V'V` is known.
-fn by_square(
-    square: DMatrix<f64>,
+fn by_products(
+    products: DMatrix<f64>,
     columns: &DMatrix<f64>,
     residual: &DVector<f64>,
 ) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
     let k = columns.ncols();
-    let normal = (DMatrix::identity(k, k) + square).cholesky()?;
+    let normal = (DMatrix::identity(k, k) + products).cholesky()?;
     let heights = normal.solve(&columns.tr_mul(residual));
     Some((normal, heights))
-}
-
-/// `V'V`, of which some products are known: of hundreds of errors most do not grow, and most have a part of the points only. It would be
-/// most of the work of a fit.
-fn square(columns: &DMatrix<f64>, known: impl Fn(usize, usize) -> Option<f64>) -> DMatrix<f64> {
-    let supports: Vec<Range<usize>> =
-        columns.column_iter().map(|column| support(column.as_slice())).collect();
-    let product = |i: usize, j: usize| {
-        let both = supports[i].start.max(supports[j].start)..supports[i].end.min(supports[j].end);
-        if both.is_empty() {
-            0.0
-        } else {
-            columns.view_range(both.clone(), i).dot(&columns.view_range(both, j))
-        }
-    };
-    let mut square = DMatrix::zeros(columns.ncols(), columns.ncols());
-    for i in 0..columns.ncols() {
-        for j in 0..=i {
-            let product = known(i, j).unwrap_or_else(|| product(i, j));
-            (square[(i, j)], square[(j, i)]) = (product, product);
-        }
-    }
-    square
-}
-
-/// The rows outside of which there are zeros only, in whole blocks: a product over these is the sum over all to the last digit.
-fn support(column: &[f64]) -> Range<usize> {
-    const BLOCK: usize = 8;
-    let is_something = |value: &f64| *value != 0.0;
-    let first = column.iter().position(is_something).unwrap_or(column.len());
-    let last = column.iter().rposition(is_something).map_or(first, |last| last + 1);
-    first / BLOCK * BLOCK..last.next_multiple_of(BLOCK).min(column.len())
 }
 
 /// Rows divided by `white`.
@@ -223,7 +191,6 @@ impl<P: Problem, N: SharedNoise> Problem for SharedErrors<'_, P, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::random::Random;
     use crate::fit::{Bounds, Options, minimise};
     use std::ops::ControlFlow;
 
@@ -286,17 +253,6 @@ mod tests {
         let expected = (ones.dot(&(&weight * y)) + 4.0 * 2.0) / precision;
         assert!((x - expected).abs() < 1e-6, "{x} {expected}");
         assert!((curvature - precision).abs() < 1e-9);
-    }
-
-    /// Columns of 30 points that begin and end anywhere, one of them nowhere: the sums over parts are those over all to the last digit.
-    #[test]
-    fn products_of_parts_are_those_of_all() {
-        let mut random = Random::new(1);
-        let part = |j: usize| (3 * j..30 - 2 * j).filter(move |_| j != 4);
-        let mut columns = DMatrix::zeros(30, 6);
-        (0..6).for_each(|j| part(j).for_each(|i| columns[(i, j)] = random.normal()));
-        assert_eq!(square(&columns, |_, _| None), columns.tr_mul(&columns));
-        assert_eq!(square(&columns, |i, j| (i == 5 && j == 2).then_some(7.0))[(2, 5)], 7.0);
     }
 
     #[test]

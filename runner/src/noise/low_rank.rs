@@ -4,6 +4,7 @@
 //! the thin decomposition `V = Q diag(s) Z'` the symmetric inverse root is
 //! `L^-1 = (1 + Q diag(1 / sqrt(1 + s^2) - 1) Q') S^-1`: cost linear in the number of points.
 
+use crate::fit::products::products;
 use crate::fit::{SharedNoise, Whitening};
 use nalgebra::{DMatrix, DVector};
 
@@ -120,7 +121,7 @@ impl Covariance {
         }
         let columns: Vec<DVector<f64>> = common.iter().map(|c| c.shape_mn.component_div(&white_mn)).collect();
         let v = DMatrix::from_columns(&columns);
-        let eigen = v.tr_mul(&v).symmetric_eigen();
+        let eigen = products(&v, |_, _| None).symmetric_eigen();
         let least = ROUNDING * eigen.eigenvalues.amax();
         let kept: Vec<usize> =
             (0..eigen.eigenvalues.len()).filter(|&k| eigen.eigenvalues[k] > least).collect();
