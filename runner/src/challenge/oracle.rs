@@ -102,7 +102,7 @@ impl<'a> Oracle<'a> {
     pub fn seen_linearly(&self, changes_mn: &[Vec<f64>]) -> Result<Vec<Seen>, MakeError> {
         let seen = |k: usize| {
             let (own, others) = apart(changes_mn, k);
-            self.left(&own, &others, &self.jacobian_mn, &self.design)
+            self.left(&self.covariance, &own, &others, (&self.jacobian_mn, &self.design))
         };
         (0..changes_mn.len()).map(seen).collect()
     }
@@ -128,16 +128,16 @@ impl<'a> Oracle<'a> {
         Ok(all.map(|x| self.unknowns.within_bounds(x)).collect())
     }
 
-    /// What some columns (mN, and with the prior in units of the noise) and others in any size leave of a change.
+    /// What others in any size and some columns (mN, and with the prior in units of the noise) leave of a change.
     fn left(
         &self,
+        covariance: &Covariance,
         change_mn: &DVector<f64>,
         others_mn: &DMatrix<f64>,
-        columns_mn: &DMatrix<f64>,
-        whitened: &DMatrix<f64>,
+        (columns_mn, whitened): (&DMatrix<f64>, &DMatrix<f64>),
     ) -> Result<Seen, MakeError> {
         let rows = whitened.nrows();
-        let white = |mn: &DMatrix<f64>| self.covariance.apply_columns(mn).resize_vertically(rows, 0.0);
+        let white = |mn: &DMatrix<f64>| covariance.apply_columns(mn).resize_vertically(rows, 0.0);
         let change = white(&DMatrix::from_columns(std::slice::from_ref(change_mn)));
         let taken = beside(whitened, &white(others_mn));
         let by = match taken.ncols() {
@@ -175,7 +175,9 @@ impl<'a> Oracle<'a> {
             };
             let chi_square = other.solution.chi_square;
             if found.as_ref().is_none_or(|(least, _)| chi_square < *least) {
-                found = Some((chi_square, self.left(&other.gap_mn, &others, &nothing, &nothing)?));
+                // Errors in proportion to the force are those at the force of the refit, which may be far from the true one.
+                let seen = self.left(&other.covariance, &other.gap_mn, &others, (&nothing, &nothing))?;
+                found = Some((chi_square, seen));
             }
             // What one fit hides needs no other.
             if found.as_ref().is_some_and(|(_, seen)| seen.score < VISIBLE) {

@@ -206,6 +206,21 @@ fn what_one_of_a_pair_removes_is_not_told_of_the_pair() {
 }
 
 #[test]
+fn without_a_gap_it_is_told_how_far_the_model_is_from_the_data_if_that_would_matter() {
+    let told = |gap_percent: f64| {
+        let mut d = answer(Kind::NoGap, &[]);
+        (d.verdict.gap_percent, d.verdict.matters_percent) = (gap_percent, 1.0);
+        super::wording::headline(&d)
+    };
+    assert!(
+        told(15.06).starts_with("No gap: model and data differ by 15 % of the peak at most, no more than"),
+        "{}",
+        told(15.06)
+    );
+    assert!(told(0.5).starts_with("No gap: model and data agree within the noise"), "{}", told(0.5));
+}
+
+#[test]
 fn what_a_gap_looks_like_that_nothing_explains_is_told_first() {
     let leftover = Leftover {
         course: Course::Step { from_s: 31.6 },

@@ -71,6 +71,11 @@ fn answer(d: &Diagnosis) -> String {
                 "No gap that matters: model and data differ by {gap} % of the peak at most, where {matters} % matters (confidence {percent})."
             )
         }
+        // Specimens of other heights, or few of them, show more than what matters.
+        Kind::NoGap if d.verdict.gap_percent >= d.verdict.matters_percent => format!(
+            "No gap: model and data differ by {} % of the peak at most, no more than their noise does (confidence {percent}).",
+            significant(d.verdict.gap_percent, 2)
+        ),
         Kind::NoGap => format!("No gap: model and data agree within the noise (confidence {percent})."),
         Kind::Effect => {
             format!("Effect: {} explains the gap (confidence {percent}){}.", titles[0], removed(d))
