@@ -24,7 +24,7 @@ fn main() -> Result<(), Error> {
         _ => 20,
     };
     let engine = begin()?;
-    let (found, unknowns) = diagnosed(&engine, &arguments)?;
+    let (found, unknowns) = diagnosed(&engine, &arguments, 1.0)?;
     let Some(refit) = found.conclusion.decision.refit.map(|k| &found.round.refits[k]) else {
         return Err("no effect explains a gap of these data: there is no shrinkage".into());
     };

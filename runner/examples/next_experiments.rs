@@ -1,9 +1,9 @@
 //! Whether the test that a diagnosis proposes for a group would settle it.
 //!
 //! ```text
-//! cargo run --release -p runner --example next_experiments PATH ...     (folders with P1.csv and P2.csv, or files; coarse mesh, --quick)
+//! cargo run --release -p runner --example next_experiments MATTERS PATH ...     (folders with P1.csv and P2.csv, or files; coarse mesh, --quick)
 //! ```
-//! Where the answer is a group, each of its members is taken to be true in turn: the test that is proposed first is simulated with it, and all
+//! A gap of less than MATTERS (% of the peak) does not matter. Where the answer is a group, each of its members is taken to be true in turn: the test that is proposed first is simulated with it, and all
 //! members are refitted to what was measured and to this test together. The group is settled where every other member's chi^2 is worse by what
 //! decides (`thresholds.rs`). A stiff blank settles it where no other member is on the same side, of machine or specimen. Runs are kept
 //! where POROPUNCH_CACHE says.
@@ -24,13 +24,15 @@ fn main() -> Result<(), Error> {
     println!("| case | group | test | taken as true: worse by (chi^2) | settled |");
     println!("|---|---|---|---|---|");
     let (mut settled, mut asked) = (0, 0);
-    for path in std::env::args().skip(1) {
+    let mut arguments = std::env::args().skip(1);
+    let matters_percent: f64 = arguments.next().ok_or("what matters (%), then folders or files")?.parse()?;
+    for path in arguments {
         let place = Path::new(&path);
         let files = match place.is_dir() {
             true => ["P1.csv", "P2.csv"].map(|test| place.join(test)).to_vec(),
             false => vec![place.to_owned()],
         };
-        let (found, unknowns) = diagnosed(&engine, &files)?;
+        let (found, unknowns) = diagnosed(&engine, &files, matters_percent)?;
         if found.conclusion.decision.kind != Kind::Group {
             continue;
         }

@@ -25,8 +25,12 @@ pub fn begin() -> Result<Engine, Error> {
     Ok(engine)
 }
 
-/// The diagnosis of these files, and what was fitted; every step is told on stderr.
-pub fn diagnosed(engine: &Engine, files: &[impl AsRef<Path>]) -> Result<(Findings, Unknowns), Error> {
+/// The diagnosis of these files, where a gap of this part of the peak matters (%), and what was fitted; every step is told on stderr.
+pub fn diagnosed(
+    engine: &Engine,
+    files: &[impl AsRef<Path>],
+    matters_percent: f64,
+) -> Result<(Findings, Unknowns), Error> {
     let measured = |file: &Path| -> Result<_, Error> {
         Ok(SpecimenFiles::of(file)?.read(Wanted::MotionAndForce, &Reading::default())?.measurement)
     };
@@ -34,12 +38,8 @@ pub fn diagnosed(engine: &Engine, files: &[impl AsRef<Path>]) -> Result<(Finding
     let observations = observe(&measurements, None)?;
     let set = vec!["mesh.preset=coarse".to_owned()];
     let starts = PlainStarts::of(engine, &observations, &Requests { set, ..Requests::default() })?;
-    let effort = Effort {
-        quick: true,
-        evaluations: EVALUATIONS,
-        matters_percent: 1.0,
-        thresholds: Thresholds::default(),
-    };
+    let effort =
+        Effort { quick: true, evaluations: EVALUATIONS, matters_percent, thresholds: Thresholds::default() };
     let found =
         diagnose(engine, observations, &starts, Given::default(), effort, &mut |what| eprintln!("{what}"))?;
     Ok((found, starts.unknowns))

@@ -10,9 +10,9 @@ use super::thresholds::Thresholds;
 
 /// Longest list of effects that is an answer: a longer one helps nobody to choose what to measure next.
 const MOST_NAMED: usize = 3;
-/// Parts of the answers that are right: of those that find a gap, as nature keeps to no catalogue's forms, which the evidence does not
-/// know (89 of 94, by the rule of succession), and of those that find none. Found on 334 cases of `challenge` (README); no answer depends
-/// on them.
+/// Parts of the answers that are right: of those that find a gap, whether it matters or not, as nature keeps to no catalogue's forms, which
+/// the evidence does not know (89 of 94, by the rule of succession), and of those that find none. Found on 334 cases of `challenge` (README);
+/// no answer depends on them.
 const RELIABILITY: f64 = 0.94;
 const RELIABILITY_OF_NO_GAP: f64 = 0.99;
 
@@ -120,19 +120,25 @@ pub fn decide(e: &Evidence) -> Decision {
     let shares: Vec<f64> = weights.iter().map(|w| (0.5 * (w - top)).exp()).collect();
     let sum: f64 = shares.iter().sum();
     let probabilities: Vec<f64> = shares.iter().map(|s| s / sum).collect();
-    let decision = |kind, members, refit, confidence: f64| Decision {
+    let told = |kind, members, refit, confidence: f64, reliability: f64| Decision {
         kind,
         members,
         unnamed: vec![],
         is_immaterial: false,
         refit,
-        confidence: confidence.clamp(0.01, 1.0)
-            * if kind == Kind::NoGap { RELIABILITY_OF_NO_GAP } else { RELIABILITY },
+        confidence: confidence.clamp(0.01, 1.0) * reliability,
         probabilities: probabilities.clone(),
+    };
+    let no_gap = |confidence| told(Kind::NoGap, vec![], None, confidence, RELIABILITY_OF_NO_GAP);
+    let decision = |kind, members, refit, confidence| told(kind, members, refit, confidence, RELIABILITY);
+    let without_matter = |unnamed, confidence| Decision {
+        unnamed,
+        is_immaterial: true,
+        ..decision(Kind::NoGap, vec![], None, confidence)
     };
     if e.probability > significant {
         // What somebody could see is three deviations above what noise passes once in twenty cases.
-        return decision(Kind::NoGap, vec![], None, 1.0);
+        return no_gap(1.0);
     }
     let explains = |r: &Refit| r.meets_data(&e.thresholds) && (e.accepted)(r) != Some(false);
     let mut order: Vec<usize> = (0..e.refits.len()).collect();
@@ -144,7 +150,7 @@ pub fn decide(e: &Evidence) -> Decision {
         // What does not explain the data is no rival.
         let rivals: f64 = order.iter().filter(|&&k| explains(&e.refits[k])).map(|&k| probabilities[k]).sum();
         let own = probabilities[e.refits.len() + 1];
-        return decision(Kind::NoGap, vec![], None, own / (own + rivals + elsewhere_share));
+        return no_gap(own / (own + rivals + elsewhere_share));
     }
     // What two correct programs leave of one another is no finding about the specimen, nor is what does not matter.
     let is_doubtful = |k: &usize| {
@@ -152,8 +158,7 @@ pub fn decide(e: &Evidence) -> Decision {
         (e.explained)(refit) < immaterial && (e.removed)(refit) != Some(true)
     };
     if let Some(k) = best.filter(is_doubtful) {
-        let unnamed = e.refits[k].members.clone();
-        return Decision { unnamed, is_immaterial: true, ..decision(Kind::NoGap, vec![], None, 1.0) };
+        return without_matter(e.refits[k].members.clone(), 1.0);
     }
     let Some(best) = best else {
         let explained: f64 =
@@ -161,7 +166,7 @@ pub fn decide(e: &Evidence) -> Decision {
         let confidence = (1.0 - explained) * (1.0 - e.probability);
         if e.is_small && !is_told_of_a_small_gap(elsewhere, e.rivals, &e.thresholds) {
             // Hardly a smooth error of any shape: the samples scatter more than their noise says, or what is elsewhere does not matter.
-            return Decision { is_immaterial: true, ..decision(Kind::NoGap, vec![], None, confidence) };
+            return without_matter(vec![], confidence);
         }
         return decision(Kind::NoneOfThese, vec![], None, confidence);
     };
