@@ -6,11 +6,13 @@
 //! Each case of the wide ground is computed once more with a tenth of the steps' tolerance. `challenge make` shortens the steps of draws beyond
 //! `LARGEST_ERROR_OF_STEPS` now, or replaces them; batches that were made before it did so are checked here, once their keys are open.
 
+#[path = "common/batch.rs"]
+mod batch;
+
+use batch::opened;
 use runner::challenge::by_maker::ByMaker;
-use runner::challenge::key::{Secret, open};
 use runner::challenge::make::LARGEST_ERROR_OF_STEPS;
 use runner::challenge::simulate::{Source, tests};
-use std::path::Path;
 
 type Error = Box<dyn std::error::Error>;
 
@@ -18,10 +20,8 @@ fn main() -> Result<(), Error> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let maker = ByMaker::new(1, &|| false)?;
     println!("| batch | case | kind | error of the steps | |\n|---|---|---|---|---|");
-    for batch in arguments.chunks_exact(3) {
-        let text = std::fs::read_to_string(&batch[2])?;
-        let secret = Secret::of(&text).ok_or_else(|| format!("{}: no secret", batch[2]))?;
-        let key = open(Path::new(&batch[1]), Path::new(&batch[0]), &secret)?;
+    for batch in arguments.chunks(3) {
+        let (folder, key) = opened(batch)?;
         let tests = tests(key.cycles)?;
         for case in key.cases {
             let drawn = &case.drawn;
@@ -31,7 +31,7 @@ fn main() -> Result<(), Error> {
                 Err(failed) => (failed.to_string(), true),
             };
             let left_out = if is_too_large { "left out" } else { "" };
-            println!("| {} | {} | {:?} | {told} | {left_out} |", batch[0], drawn.id, drawn.kind);
+            println!("| {} | {} | {:?} | {told} | {left_out} |", folder.display(), drawn.id, drawn.kind);
         }
     }
     Ok(())

@@ -1,12 +1,12 @@
 //! Whether the test that a diagnosis proposes for a group would settle it.
 //!
 //! ```text
-//! cargo run --release -p runner --example next_experiments MATTERS PATH ...     (folders with P1.csv and P2.csv, or files; coarse mesh, --quick)
+//! cargo run --release -p runner --example next_experiments MATTERS PATH ...     (folders with P1.csv and P2.csv, or files)
 //! ```
-//! A gap of less than MATTERS (% of the peak) does not matter. Where the answer is a group, each of its members is taken to be true in turn: the test that is proposed first is simulated with it, and all
-//! members are refitted to what was measured and to this test together. The group is settled where every other member's chi^2 is worse by what
-//! decides (`thresholds.rs`). A stiff blank settles it where no other member is on the same side, of machine or specimen. Runs are kept
-//! where POROPUNCH_CACHE says.
+//! Quick diagnoses on the coarse mesh, where a gap of less than MATTERS (% of the peak) does not matter. Where the answer is a group, each of
+//! its members is taken to be true in turn: the test that is proposed first is simulated with it, and all members are refitted to what was
+//! measured and to this test together. The group is settled where every other member's chi^2 is worse by what decides (`thresholds.rs`). A
+//! stiff blank settles it where no other member is on the same side, of machine or specimen. Runs are kept where POROPUNCH_CACHE says.
 
 mod common;
 

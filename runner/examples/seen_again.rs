@@ -6,14 +6,17 @@
 //! Each single case of the wide ground that is visible, up to LARGEST, is computed once more without its cause, which is asked for again;
 //! EFFECT `all`, or one of the catalogue.
 
+#[path = "common/batch.rs"]
+mod batch;
+
+use batch::opened;
 use runner::challenge::by_maker::ByMaker;
-use runner::challenge::key::{CASES, Secret, Solution, VISIBLE, open};
+use runner::challenge::key::{CASES, Solution, VISIBLE};
 use runner::challenge::oracle::Oracle;
 use runner::challenge::simulate::{Source, tests};
 use runner::data::reader::{Wanted, read};
 use runner::engine::{Engine, EngineOptions};
 use runner::setting::settings_from;
-use std::path::Path;
 
 type Error = Box<dyn std::error::Error>;
 
@@ -31,17 +34,15 @@ fn main() -> Result<(), Error> {
     let numerics = settings_from(engine.wiring(), &["mesh.preset=coarse".to_owned()])?;
     let maker = ByMaker::new(1, &|| false)?;
     println!("| case | effects | score | now | gap (%) | now |\n|---|---|---|---|---|---|");
-    for batch in batches.chunks_exact(3) {
-        let text = std::fs::read_to_string(&batch[2])?;
-        let secret = Secret::of(&text).ok_or_else(|| format!("{}: no secret", batch[2]))?;
-        let key = open(Path::new(&batch[1]), Path::new(&batch[0]), &secret)?;
+    for batch in batches.chunks(3) {
+        let (folder, key) = opened(batch)?;
         let tests = tests(key.cycles)?;
         for case in key.cases.iter().filter(|case| is_asked(case)) {
             let drawn = &case.drawn;
             let plain_n = maker.readings_n(&drawn.material, &[vec![]], &tests, 1.0)?.remove(0);
             let change_mn =
                 case.truth_mn.iter().flatten().zip(plain_n.iter().flatten()).map(|(mn, n)| mn - 1e3 * n);
-            let folder = Path::new(&batch[0]).join(CASES).join(&drawn.id);
+            let folder = folder.join(CASES).join(&drawn.id);
             let measurements =
                 ["P1", "P2"].map(|test| read(&folder.join(format!("{test}.csv")), Wanted::MotionAndForce));
             let measurements = measurements.into_iter().collect::<Result<Vec<_>, _>>()?;

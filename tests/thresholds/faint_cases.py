@@ -76,6 +76,7 @@ def main(out, motions):
             grown /= grown[-1]
             if not is_same:
                 heights = np.exp(scatter * rng.normal(size=count))
+            # Two for a drift: the cases in the docs were drawn so.
             drawn = [rng.normal(size=(len(f), count)) for _ in range(2 if kind == "drift" else 1)]
             f = f * (1 + 2 * size * grown) if kind == "ageing" else f
             f = f + size * f.max() * grown if kind == "drift" else f
