@@ -33,7 +33,7 @@ fn main() -> Result<(), Error> {
     println!("with {}; part of the gap that goes, of the same draws of the noise", with.join(" and "));
     println!("| split | full refits: median [5, 95 %] | linearised | largest difference | correlation |");
     println!("|---|---|---|---|---|");
-    for split in &found.splits {
+    for (split, _) in &found.splits {
         let Some(linear) = Comparison::new(&found.round.plain, &refit.fit, split, &found.thresholds)
             .filter(|c| c.informative)
         else {

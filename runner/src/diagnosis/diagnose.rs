@@ -22,6 +22,7 @@ use crate::inference::Setup;
 use crate::inference::Unknowns;
 use crate::inference::effect::{Candidate, Effect};
 use crate::inference::fit::{Fit, FitFailure, ROUGH};
+use crate::inference::rough::Twin;
 use crate::inference::{NoiseFailure, noise_at};
 use crate::noise::ObservationError;
 use crate::noise::{NoiseModel, Observation, Weights};
@@ -77,8 +78,8 @@ pub struct Findings {
     pub left_out: Vec<LeftOut>,
     /// The plain model's fit, and what can be said around it.
     pub round: Round,
-    /// Parts that can be predicted from the rest.
-    pub splits: Vec<Split>,
+    /// Parts that can be predicted from the rest, with the place of the refit that the rest alone would choose.
+    pub splits: Vec<(Split, Option<usize>)>,
     /// What decided.
     pub thresholds: Thresholds,
     /// What is told.
@@ -132,7 +133,9 @@ pub fn diagnose(
     let effect_count = effects.len();
     let asked = |noise| Asked { setup, others, candidates: &candidates, rivals: effect_count, noise, effort };
     // The error of the simulation is that of the fitted material, which the start may be far from.
-    let rough = noise_at(setup, unknowns.start(), &weights, false)?;
+    let coarser = Twin::coarser(setup, &candidates);
+    let stand_in = Twin::setup_or(coarser.as_ref(), setup);
+    let rough = noise_at(stand_in, unknowns.start(), &weights, false)?;
     let points: usize = observations.iter().map(|o| o.time_s.len()).sum();
     let mut least = f64::INFINITY;
     let mut start = unknowns.start().to_vec();
@@ -140,9 +143,7 @@ pub fn diagnose(
     while least > MEETS * points as f64
         && let Some(from) = starts.next()
     {
-        if let Some((end, chi_square)) = asked(&rough).plain_end(from, say)?
-            && chi_square < least
-        {
+        if let Some((end, chi_square)) = asked(&rough).plain_end(stand_in, (from, least), say)? {
             (start, least) = (end, chi_square);
         }
     }
@@ -153,7 +154,8 @@ pub fn diagnose(
     while round.has_gap(effort.thresholds.significant)
         && let Some(from) = starts.next()
     {
-        if let Some(lower) = asked.lower_plain(from, round.plain.solution.chi_square - LOWER, say)? {
+        let below = round.plain.solution.chi_square - LOWER;
+        if let Some(lower) = asked.lower_plain(&round.plain, (from, below), say)? {
             round = asked.look(lower, say)?;
         }
     }
@@ -162,14 +164,18 @@ pub fn diagnose(
     // of what that effect gained changes no answer.
     if let Some(leader) = round.refits.first() {
         let lower = round.plain.solution.chi_square - LOWER.max(ROUGH * leader.gain);
-        if let Some(again) = asked.lower_plain(leader.fit.x(), lower, say)? {
+        if let Some(again) = asked.lower_plain(&round.plain, (leader.fit.x(), lower), say)? {
             round = asked.round_again(round, again, say)?;
         }
     }
     let Round { plain, screened, refits, .. } = &round;
     let thresholds = effort.thresholds;
     let y = &plain.linear.residual;
-    let splits = splits(&observations);
+    let chosen = |split| {
+        let refit = chosen_without(refits, &candidates, &split, &thresholds);
+        (split, refit)
+    };
+    let splits: Vec<(Split, Option<usize>)> = splits(&observations).into_iter().map(chosen).collect();
     let alike = |a: usize, b: usize| alike(screened, a, b);
     let same = |a: usize, b: usize| candidates[a].effect.family == candidates[b].effect.family;
     let mates = |leader: usize| mates(&candidates, screened, refits, y, leader, thresholds.decisive);
@@ -187,16 +193,18 @@ pub fn diagnose(
     let explained_of_what_matters = |r: &Refit| explained(r) / effort.matters_percent;
     // Data that helped to choose a model do not confirm it.
     let is_chosen_without = |r: &Refit, c: &&Comparison| {
-        let is_alike = |chosen: &Refit| match (&chosen.members[..], &r.members[..]) {
+        let is_alike = |chosen: usize| match (&refits[chosen].members[..], &r.members[..]) {
             ([a], [b]) => a == b || alike(*a, *b),
             (one, other) => one == other,
         };
-        chosen_without(refits, &candidates, c.split(), &thresholds).is_some_and(is_alike)
+        let chosen = splits.iter().find(|(split, _)| split == c.split()).and_then(|(_, chosen)| *chosen);
+        chosen.is_some_and(is_alike)
     };
     let removed = |r: &Refit| {
+        let mut nested = held_out(r).iter().filter(|c| is_chosen_without(r, c)).peekable();
+        nested.peek()?;
         let noises_mn = draws_of_noise_mn(r, &observations, &candidates, thresholds.form);
         let surely = |c: &Comparison| c.surely_removes(1.0 - thresholds.rest, &noises_mn);
-        let nested = held_out(r).iter().filter(|c| is_chosen_without(r, c));
         nested.filter_map(surely).reduce(|any, one| any || one)
     };
     let decision = decide(&Evidence {
@@ -294,11 +302,11 @@ fn mates(
 fn comparisons(
     plain: &Fit,
     refit: &Refit,
-    splits: &[Split],
+    splits: &[(Split, Option<usize>)],
     candidates: &[Candidate],
     thresholds: &Thresholds,
 ) -> Vec<Comparison> {
-    let all = splits.iter().filter_map(|s| Comparison::of(plain, refit, s, candidates, thresholds));
+    let all = splits.iter().filter_map(|(s, _)| Comparison::of(plain, refit, s, candidates, thresholds));
     all.filter(|c| c.informative).collect()
 }
 

@@ -6,21 +6,21 @@ use super::held_out::Split;
 use super::thresholds::Thresholds;
 use crate::inference::effect::Candidate;
 
-/// The model that the fitted part of a split alone makes most likely; `None` where it determines none of them. That there is a gap at
-/// all is taken from all of the data: with less of them, less is seen.
-pub fn chosen_without<'a>(
-    refits: &'a [Refit],
+/// Of some refits, the place of the one that the fitted part of a split alone makes most likely; `None` where it determines none of them.
+/// That there is a gap at all is taken from all of the data: with less of them, less is seen.
+pub fn chosen_without(
+    refits: &[Refit],
     candidates: &[Candidate],
     split: &Split,
     thresholds: &Thresholds,
-) -> Option<&'a Refit> {
+) -> Option<usize> {
     let weight = |refit: &Refit| {
         let active = refit.active(candidates);
         let odds = if active.len() > 1 { thresholds.complexity } else { 0.0 };
         Some(refit.fit.refitted_to(&split.fitted)?.evidence(&active) - odds)
     };
-    let weighed = refits.iter().filter_map(|refit| Some((weight(refit)?, refit)));
-    weighed.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, refit)| refit)
+    let weighed = refits.iter().enumerate().filter_map(|(k, refit)| Some((weight(refit)?, k)));
+    weighed.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, k)| k)
 }
 
 #[cfg(test)]
@@ -86,7 +86,7 @@ mod tests {
         let chosen = |fitted: std::ops::Range<usize>| {
             let predicted = (0..2 * HALF).filter(|i| !fitted.contains(i)).collect();
             let split = Split { name: String::new(), fitted: fitted.collect(), predicted, is_of_tests: true };
-            chosen_without(&refits, &candidates, &split, &Thresholds::default()).unwrap().members[0]
+            chosen_without(&refits, &candidates, &split, &Thresholds::default()).unwrap()
         };
         assert_eq!([chosen(0..HALF), chosen(HALF..2 * HALF), chosen(0..2 * HALF)], [0, 1, 1]);
     }

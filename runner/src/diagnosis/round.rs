@@ -12,7 +12,7 @@ use super::verdict::{is_told_of_a_small_gap, weight_of_something_else};
 use crate::fit::{EvaluationFailure, FitError, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, Tangent, chi_squares, fit, foreseen_end};
-use crate::inference::rough::{Twin, leading_at};
+use crate::inference::rough::{Twin, coarser_at, leading_at};
 use crate::inference::{Setup, Signature};
 use crate::noise::{Covariance, NoiseModel};
 use nalgebra::DVector;
@@ -80,38 +80,43 @@ impl Asked<'_> {
         fit(setup, &[], covariance, &plan, &mut telling(say)).map_err(DiagnosisError::Baseline)
     }
 
-    /// Where it would end, and about with which chi^2; none where the model fails at its start, or at its end where a rougher one led.
+    /// Where it would end by what stands for the model asked for, and about with which chi^2, where that is less than `chi_square`; none where
+    /// the model fails at its start, or the one asked for at the end.
     pub fn plain_end(
         &self,
-        start: &[f64],
+        stand_in: Setup,
+        (start, chi_square): (&[f64], f64),
         say: &mut dyn FnMut(String),
     ) -> Result<Option<(Vec<f64>, f64)>, DiagnosisError> {
-        let (setup, covariance) = (self.setup, &self.noise.covariance);
-        match foreseen_end(setup, covariance, (start, self.effort.evaluations), &mut telling(say)) {
+        let covariance = &self.noise.covariance;
+        match foreseen_end(stand_in, covariance, (start, self.effort.evaluations), &mut telling(say)) {
             Err(FitFailure::Fit(FitError::StartFailed(_))) => Ok(None),
             Err(other) => Err(DiagnosisError::Baseline(other)),
+            Ok((_, foreseen)) if foreseen >= chi_square => Ok(None),
             Ok((end, foreseen)) => {
                 let is_computable =
-                    chi_squares(setup, &[], covariance, std::slice::from_ref(&end))?[0].is_some();
+                    chi_squares(self.setup, &[], covariance, std::slice::from_ref(&end))?[0].is_some();
                 Ok(is_computable.then_some((end, foreseen)))
             }
         }
     }
 
-    /// The plain model fitted from another start, where it ends with less than this chi^2.
+    /// The plain model fitted from another start than `fit` came from, where it ends with less than this chi^2.
     pub fn lower_plain(
         &self,
-        start: &[f64],
-        chi_square: f64,
+        fit: &Fit,
+        (start, chi_square): (&[f64], f64),
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Fit>, DiagnosisError> {
-        let end = self.plain_end(start, say)?;
-        let Some((end, _)) = end.filter(|(_, foreseen)| *foreseen < chi_square) else { return Ok(None) };
+        let coarser = coarser_at(self.setup, self.candidates, fit)?;
+        let stand_in = Twin::setup_or(coarser.as_ref(), self.setup);
+        let Some((end, _)) = self.plain_end(stand_in, (start, chi_square), say)? else { return Ok(None) };
         let lower = self.plain(&end, say)?;
         Ok(Some(lower).filter(|lower| lower.solution.chi_square < chi_square))
     }
 
-    /// With refits, where there is a gap.
+    /// With refits, where there is a gap. The search is the coarsest mesh's, corrected at the plain fit; what may be the answer is carried to
+    /// its minimum by the model asked for.
     pub fn refitted(&self, mut round: Round, say: &mut dyn FnMut(String)) -> Result<Round, DiagnosisError> {
         if round.has_gap(self.effort.thresholds.significant) {
             let &Self {
@@ -125,8 +130,10 @@ impl Asked<'_> {
             let y = &round.plain.linear.residual;
             let threshold = round.significance.family.threshold(thresholds.significant);
             let (plain, gap, covariance) = (&round.plain, &round.something_else, &noise.covariance);
+            let coarser = coarser_at(setup, candidates, plain)?;
+            let stand_in = Twin::setup_or(coarser.as_ref(), setup);
             let elsewhere =
-                others.iter().filter_map(|x| Elsewhere::at(setup, covariance, plain, x).transpose());
+                others.iter().filter_map(|x| Elsewhere::at(stand_in, covariance, plain, x).transpose());
             let elsewhere = elsewhere.collect::<Result<Vec<_>, _>>()?;
             let may_show = |s: &&Screened| {
                 let candidate = &candidates[s.candidate];
@@ -138,7 +145,7 @@ impl Asked<'_> {
             let elsewhere = &elsewhere;
             let elsewhere_weight = weight_of_something_else(gap.evidence, &thresholds);
             let search = Search {
-                setup,
+                setup: stand_in,
                 elsewhere,
                 candidates,
                 rivals,
@@ -153,7 +160,11 @@ impl Asked<'_> {
                     && !is_told_of_a_small_gap(elsewhere_weight, rivals, &thresholds),
                 thresholds,
             };
-            round.refits = search.run(say)?;
+            let found = search.run(say)?;
+            round.refits = match coarser {
+                Some(_) => Search { setup, ..search }.confirmed(found, say)?,
+                None => found,
+            };
         }
         Ok(round)
     }

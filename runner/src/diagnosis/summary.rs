@@ -3,7 +3,6 @@
 use super::confirming::{Refit, adequacy};
 use super::diagnose::Findings;
 use super::location::{Pattern, Spot};
-use super::nested::chosen_without;
 use super::result::*;
 use super::round::{is_testable, linear_evidence};
 use super::screening::Screened;
@@ -243,8 +242,8 @@ fn held_out(f: &Findings, refit: &Refit) -> (Vec<HeldOut>, Option<ShrinkageSumma
     let measured: Vec<f64> = f.observations.iter().flat_map(Observation::force_mn).collect();
     let phases: Vec<Phase> = f.observations.iter().flat_map(|o| o.phases.iter().copied()).collect();
     let noises_mn = draws_of_noise_mn(refit, &f.observations, &f.candidates, f.thresholds.form);
-    for split in &f.splits {
-        let chosen = chosen_without(&f.round.refits, &f.candidates, split, &f.thresholds).unwrap_or(refit);
+    for (split, chosen) in &f.splits {
+        let chosen = chosen.map_or(refit, |k| &f.round.refits[k]);
         let compared = Comparison::of(&f.round.plain, chosen, split, &f.candidates, &f.thresholds);
         let Some(c) = compared else { continue };
         let chosen: Vec<String> = chosen.members.iter().map(|k| f.candidates[*k].name.clone()).collect();

@@ -15,6 +15,8 @@ use super::subproblem::Decomposition;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
+/// Where a step gains more than this part of what was predicted of it, the next one may be longer.
+const GOOD: f64 = 0.75;
 /// A quarter of a step misses what was predicted of it by a sixteenth of what the whole step does, where residuals are smooth, and by a
 /// quarter where the Jacobian is wrong. Where it misses by more than this part, residuals jump in between: no shorter step is worth more.
 const NOISY: f64 = 0.5;
@@ -71,14 +73,17 @@ pub fn minimise<P: Problem + ?Sized>(
         return Ok(log.finish(point, StopReason::StopRequested));
     }
 
+    // Whether the last step gained next to nothing.
+    let mut creeps = false;
     loop {
         if optimality <= options.gradient_tolerance * initial_cost {
             return Ok(log.finish(point, StopReason::Gradient));
         }
-        let (accepted, outcome) =
-            iterate(problem, &point, bounds, options, &scale, (&mut radius, &mut alpha), &mut log);
+        let region = (&mut radius, &mut alpha, creeps);
+        let (accepted, outcome) = iterate(problem, &point, bounds, options, &scale, region, &mut log);
         if let Some((next, step_norm)) = accepted {
             let reduction = 2.0 * (point.cost - next.cost);
+            creeps = reduction < 2.0 * options.chi_square_tolerance * point.cost;
             point = next;
             scale = column_scale(&point.jacobian, options.scaling, Some(&scale));
             optimality = point_optimality(&point, bounds);
@@ -105,7 +110,7 @@ fn iterate<P: Problem + ?Sized>(
     bounds: &Bounds,
     options: &Options,
     scale: &DVector<f64>,
-    (radius, alpha): (&mut f64, &mut f64),
+    (radius, alpha, creeps): (&mut f64, &mut f64, bool),
     log: &mut Log,
 ) -> (Accepted, Option<StopReason>) {
     let g = point.jacobian.tr_mul(&point.f);
@@ -150,7 +155,7 @@ fn iterate<P: Problem + ?Sized>(
         if step_norm <= f64::EPSILON * point.x.norm() {
             return (None, Some(StopReason::Step));
         }
-        let is_full = scaled_norm < 0.95 * *radius;
+        let is_full = scaled_norm <= 0.95 * *radius;
         let least = match (is_full, rejected) {
             (_, true) => options.noise_tolerance,
             (true, false) => options.foreseen_tolerance,
@@ -195,11 +200,13 @@ fn iterate<P: Problem + ?Sized>(
         let actual = point.cost - cost_new;
         let ratio = agreement(actual, step.predicted);
         let reductions = (actual, step.predicted);
-        // A step that the region cut short says nothing of how far the minimum is.
+        let may_grow = ratio > GOOD;
+        // A step that the region cut short says nothing of how far the minimum is; but where the region does not grow the next one is no
+        // longer, and where it has grown a second one would gain more.
         let tolerance = match (is_full, rejected) {
-            (true, _) => options.chi_square_tolerance,
+            (false, false) if may_grow && !creeps => 0.0,
             (false, true) => options.noise_tolerance,
-            (false, false) => 0.0,
+            _ => options.chi_square_tolerance,
         };
         let outcome = termination(
             reductions,
@@ -210,7 +217,7 @@ fn iterate<P: Problem + ?Sized>(
         let old_radius = *radius;
         if ratio < POOR {
             *radius = 0.25 * scaled_norm;
-        } else if ratio > 0.75 && scaled_norm > 0.95 * *radius {
+        } else if may_grow && !is_full {
             *radius *= 2.0;
         }
         *alpha *= old_radius / *radius;

@@ -345,3 +345,16 @@ fn a_jump_of_the_residuals_ends_a_fit_before_it() {
     assert!(solution.stop.converged() && solution.evaluations <= 9, "{solution:?}");
     assert_eq!(solution.x[0], -1e-8);
 }
+
+#[test]
+fn short_steps_that_gain_nothing_end_a_fit() {
+    // Half as steep from one tenth to the next as between them: the region does not grow, and a hundred steps gain a hundredth.
+    let f = |x: &[f64]| vec![100.0, 10.0 - x[0] + 0.05 * (10.0 * x[0]).floor()];
+    let options = Options { initial_radius: Some(0.15), chi_square_tolerance: 1e-3, ..tight() };
+    let solution = solve(1, f, &[0.01], &Bounds::none(1), &options);
+    assert!(solution.stop.converged() && solution.evaluations < 5, "{solution:?}");
+    // Where all of it is gained, none of them is too short.
+    let steep = |x: &[f64]| vec![f(x)[1]];
+    let solution = solve(1, steep, &[0.01], &Bounds::none(1), &options);
+    assert!(solution.chi_square < 0.1, "{solution:?}");
+}

@@ -12,7 +12,7 @@ use super::effect::Candidate;
 use super::jacobian_load::JacobianLoad;
 use super::linearised::Linearised;
 use super::problem::ForceProblem;
-use super::rough::{self, Twin};
+use super::rough::{self, Led, Twin};
 use super::setup::Setup;
 use crate::fit::{
     EvaluationFailure, FitError, IterationRecord, Options, Prior, Problem, SharedErrors, Solution,
@@ -263,7 +263,7 @@ pub fn foreseen_end(
     let bounds = setup.unknowns.optimiser_bounds();
     let options = rough_options(&options(setup, evaluations), ROUGH_FORESEEN);
     if let Some(led) = rough::lead(setup, &[], covariance, (start, bounds), &options, &mut watch)? {
-        return Ok((led.x, led.chi_square));
+        return Ok((led.solution.x, led.solution.chi_square));
     }
     let plan = FitPlan { start: start.to_vec(), evaluations, depth: Depth::Rough };
     let found = fit(setup, &[], covariance, &plan, observe)?;
@@ -310,14 +310,20 @@ pub fn fit(
     };
     let depth = plan.depth;
     let mut found = None;
-    if let Some(mut led) = lead(&plan.start, depth == Depth::Minimum)? {
-        let to_minimum = depth.goes_on(led.chi_square);
-        if to_minimum && depth != Depth::Minimum {
-            led.x = lead(&led.x, true)?.map_or(led.x, |further| further.x);
+    if let Some(Led { mut solution, chi_square_before, twin }) = lead(&plan.start, depth == Depth::Minimum)? {
+        let to_minimum = depth.goes_on(solution.chi_square);
+        if let Some(twin) = twin.filter(|_| !to_minimum && solution.chi_square <= chi_square_before) {
+            // The model asked for gives what the rougher one does there: a rough fit needs no more.
+            let fit = Fit::at(twin.setup(setup), active, covariance, solution)?;
+            return Ok(Fit { is_at_minimum: false, ..fit });
         }
-        match from(&led.x, to_minimum) {
-            Ok((solution, at)) if solution.chi_square <= led.chi_square_before => {
-                found = Some((solution, at))
+        if to_minimum && depth != Depth::Minimum {
+            solution = lead(&solution.x, true)?.map_or(solution, |further| further.solution);
+        }
+        match from(&solution.x, to_minimum) {
+            // A start that is the minimum already is one to within what the fit settles at.
+            Ok((solution, at)) if solution.chi_square <= chi_square_before + AMONG_RIVALS * SETTLED => {
+                found = Some((solution, at));
             }
             Ok(_) | Err(FitFailure::Fit(FitError::StartFailed(_))) => {}
             Err(other) => return Err(other),

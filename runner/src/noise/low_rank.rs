@@ -223,11 +223,21 @@ impl Covariance {
         self.rebuilt(white_mn, Common::clone, self.reference_mn.clone())
     }
 
+    /// Force next to which there is none (mN).
+    fn no_force_mn(&self) -> f64 {
+        NO_FORCE * self.reference_mn.amax()
+    }
+
+    /// Whether an error grows with what is computed.
+    fn is_part_of_force(&self, common: &Common) -> bool {
+        common.relative && self.no_force_mn() > 0.0
+    }
+
     /// A relative error over the force; next to no force there is next to no error.
     fn part_of_force(&self, common: &Common) -> Option<DVector<f64>> {
-        let least = NO_FORCE * self.reference_mn.amax();
+        let least = self.no_force_mn();
         let over = |shape: f64, f: f64| shape * f / (f * f + least * least);
-        (common.relative && least > 0.0).then(|| common.shape_mn.zip_map(&self.reference_mn, over))
+        self.is_part_of_force(common).then(|| common.shape_mn.zip_map(&self.reference_mn, over))
     }
 
     /// Number of points.
@@ -306,7 +316,7 @@ impl SharedNoise for Covariance {
     }
 
     fn grows(&self) -> Vec<bool> {
-        self.common.iter().map(|c| self.part_of_force(c).is_some()).collect()
+        self.common.iter().map(|c| self.is_part_of_force(c)).collect()
     }
 
     fn growth(&self, heights: &DVector<f64>) -> DVector<f64> {

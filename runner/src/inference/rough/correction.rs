@@ -45,7 +45,16 @@ pub(super) fn corrected(
             }
             other => other?,
         };
-        let Some(apart) = apart else { break };
+        let Some(apart) = apart else {
+            // The rough model leads to where the one asked for cannot be computed.
+            if let Some((x, offset_mn)) = last_computable(setup, &twin, active, &solution.iterations)? {
+                twin.offset_mn = offset_mn;
+                solution.residual = problem(twin.setup(setup), active, covariance).residual(&x)?;
+                solution.chi_square = solution.residual.iter().map(|r| r * r).sum();
+                solution.x = x;
+            }
+            break;
+        };
         let before = std::mem::replace(&mut twin.offset_mn, apart);
         let before = before.into_iter().chain(std::iter::repeat(0.0));
         let changes = twin.offset_mn.iter().zip(before).map(|(new, old)| new - old);
@@ -65,6 +74,21 @@ pub(super) fn corrected(
         solution = after(minimise(&mut corrected, &solution.x, bounds, settled, watch)?, &solution);
     }
     Ok((solution, None))
+}
+
+/// The last point on the way of fits by the rough model at which the model asked for can be computed, with what they differ by there.
+fn last_computable(
+    asked: Setup,
+    twin: &Twin,
+    active: &[&Candidate],
+    way: &[IterationRecord],
+) -> Result<Option<(Vec<f64>, Vec<f64>)>, EvaluationFailure> {
+    for IterationRecord { x, .. } in way.iter().rev().skip(1) {
+        if let Some(offset_mn) = difference_mn(asked, twin.setup(asked), active, x)? {
+            return Ok(Some((x.clone(), offset_mn)));
+        }
+    }
+    Ok(None)
 }
 
 /// Force of the model asked for minus that of the rough one (mN); none where one of them fails.

@@ -12,7 +12,7 @@ mod lead;
 mod search;
 mod twin;
 
-pub(in crate::inference) use lead::lead;
-pub use lead::leading_at;
+pub(in crate::inference) use lead::{Led, lead};
+pub use lead::{coarser_at, leading_at};
 pub use search::search_roughly;
 pub use twin::{Twin, applies};

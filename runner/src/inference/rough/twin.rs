@@ -43,6 +43,17 @@ impl Twin {
         may_lead.then(|| Self { unknowns: roughest_unknowns(setup), offset_mn: vec![] })
     }
 
+    /// The coarsest mesh with all else as asked for, where the one asked for is finer and none of these effects is a matter of it. What is
+    /// found with it is the same as if it had been asked for, a rougher one that leads there included.
+    pub fn coarser(setup: Setup, candidates: &[Candidate]) -> Option<Self> {
+        let (preset, coarsest) = ROUGH[0];
+        let all: Vec<&Candidate> = candidates.iter().collect();
+        let is_finer = setup.unknowns.fixed().get(preset).is_none_or(|value| *value != coarsest);
+        let may_stand = is_finer && Self::leading(setup, &all).is_some();
+        let unknowns = || setup.unknowns.clone().with_fixed(&ROUGH[..1]);
+        may_stand.then(|| Self { unknowns: unknowns(), offset_mn: vec![] })
+    }
+
     /// What stands for the model asked for.
     pub fn setup<'a>(&'a self, asked: Setup<'a>) -> Setup<'a> {
         Setup { unknowns: &self.unknowns, offset_mn: &self.offset_mn, ..asked }
