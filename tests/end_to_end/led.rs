@@ -4,8 +4,8 @@ use super::program::repository;
 use runner::data::reader::{Wanted, read};
 use runner::diagnosis::plain_start::PlainStarts;
 use runner::engine::{Engine, EngineOptions};
-use runner::inference::fit::{chi_squares, fit, foreseen_end};
-use runner::inference::rough::Twin;
+use runner::inference::fit::{End, chi_squares, fit, foreseen_end};
+use runner::inference::rough::{Twin, coarser_at};
 use runner::inference::{Depth, Fit, FitPlan, Requests, Setup, Unknowns, noise_at};
 use runner::noise::Weights;
 use runner::noise::observation::observe;
@@ -64,4 +64,36 @@ fn a_fit_that_is_led_ends_where_the_other_one_does() {
     let apart = (&led.gap_mn - &alone.gap_mn).amax();
     let gap = alone.gap_mn.amax();
     assert!(apart < 0.02 * gap, "{apart} of {gap} mN");
+}
+
+/// Goal: what stands for the model asked for gives what that gives where it was corrected. Set-up: P2 of the lagging practice data, roughly
+/// fitted: with the coarse mesh by the rougher model that leads, with the standard one by the coarse one beside it. Criterion: the same chi^2 of
+/// the model asked for, and none stands for the coarsest but the one that leads.
+#[test]
+fn what_stands_for_the_model_agrees_with_it() {
+    let file = repository("data/practice/lag/P2.csv");
+    let observations = observe(&[read(&file, Wanted::MotionAndForce).unwrap()], None).unwrap();
+    let engine = engine();
+    let fitted = |mesh: &str, depth: Depth| {
+        let requests = Requests { set: vec![format!("mesh.preset={mesh}")], ..Requests::default() };
+        let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests).unwrap();
+        let setup = Setup::new(&engine, &observations, &unknowns);
+        let start = unknowns.start().to_vec();
+        let covariance = noise_at(setup, &start, &Weights::default(), false).unwrap().covariance;
+        let plan = FitPlan { start, evaluations: if depth == Depth::RoughAlone { 1 } else { 40 }, depth };
+        let fit = fit(setup, &[], &covariance, &plan, &mut |_| {}).unwrap();
+        let coarser = coarser_at(setup, &[], &fit).unwrap();
+        let chi_square = |setup: Setup| {
+            chi_squares(setup, &[], &covariance, std::slice::from_ref(&fit.solution.x)).unwrap()[0].unwrap()
+        };
+        let beside = coarser.as_ref().map(|coarser| chi_square(coarser.setup(setup)));
+        (fit.end, fit.solution.chi_square, chi_square(setup), beside)
+    };
+    // No rough fit has less than nothing.
+    let (end, by_rougher, asked, beside) = fitted("coarse", Depth::Below(0.0));
+    assert_eq!((end, beside), (End::RougherModel, None));
+    assert!((by_rougher - asked).abs() < 1e-6 * asked, "{by_rougher} and {asked}");
+    let (end, _, asked, beside) = fitted("standard", Depth::RoughAlone);
+    assert_eq!(end, End::Rough);
+    assert!((beside.unwrap() - asked).abs() < 1e-6 * asked, "{beside:?} and {asked}");
 }

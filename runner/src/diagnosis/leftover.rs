@@ -240,7 +240,7 @@ mod tests {
     use crate::data::Measurement;
     use crate::data::random::Random;
     use crate::fit::{Prior, Solution};
-    use crate::inference::fit::linearised;
+    use crate::inference::fit::{End, linearised};
     use crate::noise::Covariance;
 
     /// A ramp of 1 s and a hold of 99 s of `5 + 3 exp(-t / 20)` mN with white noise of 0.05 mN and something added (mN), fitted by the two heights.
@@ -279,7 +279,7 @@ mod tests {
             parameters: 2,
             prior,
             covariance,
-            is_at_minimum: true,
+            end: End::Minimum,
         };
         (vec![observation], fit)
     }

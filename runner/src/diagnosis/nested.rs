@@ -30,7 +30,7 @@ mod tests {
     use crate::fit::{Prior, Solution};
     use crate::inference::effect::tests::effect;
     use crate::inference::effect::{Scope, Sign};
-    use crate::inference::fit::{Fit, linearised};
+    use crate::inference::fit::{End, Fit, linearised};
     use crate::noise::Covariance;
     use nalgebra::{DMatrix, DVector};
 
@@ -56,7 +56,7 @@ mod tests {
             parameters: 1,
             prior,
             covariance,
-            is_at_minimum: true,
+            end: End::Minimum,
         };
         let remainder = SomethingElse { evidence: 0.0, explained: 0.0, smooth: DVector::zeros(0) };
         let (evidence, gain, adequacy) = (0.0, 0.0, 1.0);

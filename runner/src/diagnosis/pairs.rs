@@ -9,7 +9,7 @@ use super::search::{Search, keep_better};
 use super::thresholds::Thresholds;
 use crate::fit::EvaluationFailure;
 use crate::inference::Signature;
-use crate::inference::fit::Fit;
+use crate::inference::fit::{Depth, End, Fit};
 
 /// Second effects of different looks that are refitted with the best one.
 const QUICK_PARTNERS: usize = 2;
@@ -40,7 +40,9 @@ impl Search<'_> {
                 return Ok(());
             }
             let is_paired = pairs.iter().any(|pair| pair.members.contains(&first));
-            let Some(single) = singles.iter().find(|r| r.members == [first] && !is_paired) else { continue };
+            let Some(k) = singles.iter().position(|r| r.members == [first] && !is_paired) else { continue };
+            singles[k] = self.by_model_asked_for(singles[k].clone(), say)?;
+            let single = &singles[k];
             // What needs no second effect is a better explanation than others that do.
             let mut is_the_last = self.is_a_matter_of_form(single);
             if let Some(pair) = self.pair(single, is_the_last, say)? {
@@ -88,6 +90,20 @@ impl Search<'_> {
         let most = if self.quick { QUICK_FIRSTS } else { FIRSTS };
         let least = PROMISING * singles.first().map_or(0.0, |best| best.gain);
         singles.iter().filter(|r| r.gain >= least).map(|r| r.members[0]).take(most).collect()
+    }
+
+    /// A single effect whose rest is screened, carried on by the model asked for where a rougher one's end was enough so far.
+    fn by_model_asked_for(
+        &self,
+        single: Refit,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Refit, DiagnosisError> {
+        if single.fit.end != End::RougherModel {
+            return Ok(single);
+        }
+        let start = single.fit.solution.x.clone();
+        let found = self.refit(&single.members, start, Depth::RoughAlone, say)?;
+        Ok(found.unwrap_or(single))
     }
 
     /// A single effect together with what its rest shows, where this is more than noise: with what promises most there, and the best of
@@ -171,10 +187,11 @@ impl Search<'_> {
         if pair.evidence - self.thresholds.complexity <= single {
             return Ok(pair);
         }
-        let Some(second) = self.alone(&pair, 1, say)?.filter(|second| !self.is_a_matter_of_form(second))
-        else {
+        let Some(second) = self.alone(&pair, 1, say)? else { return Ok(pair) };
+        let second = self.by_model_asked_for(second, say)?;
+        if self.is_a_matter_of_form(&second) {
             return Ok(pair);
-        };
+        }
         let Some(other) = self.pair(&second, false, say)? else { return Ok(pair) };
         Ok(better_of(pair, other, &self.thresholds))
     }

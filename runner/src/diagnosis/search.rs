@@ -25,7 +25,7 @@ use super::something_else::SomethingElse;
 use super::thresholds::Thresholds;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
-use crate::inference::fit::{Depth, Fit, FitFailure, ROUGH};
+use crate::inference::fit::{Depth, End, Fit, FitFailure, ROUGH};
 use crate::inference::{Linearised, Setup};
 use crate::noise::Covariance;
 use std::collections::VecDeque;
@@ -389,7 +389,7 @@ impl Search<'_> {
         for found in refits.iter_mut() {
             // A rough fit ends where one more iteration gains less than this part of chi^2.
             let may_gain = ROUGH * found.fit.solution.chi_square;
-            if !found.fit.is_at_minimum && found.evidence + may_gain >= least {
+            if found.fit.end != End::Minimum && found.evidence + may_gain >= least {
                 let size = found.sizes(self.candidates)[0];
                 let start = self.start(found.fit.x(), &[(found.members[0], size)])?;
                 if let Some(better) = self.refit(&found.members, start, Depth::Minimum, say)? {

@@ -223,6 +223,7 @@ mod tests {
     use crate::diagnosis::true_force::TrueForce;
     use crate::fit::{Prior, Solution};
     use crate::inference::Linearised;
+    use crate::inference::fit::End;
     use crate::noise::Covariance;
 
     const POINTS: usize = 60;
@@ -240,8 +241,8 @@ mod tests {
         let linear = Linearised::new(&jacobian_mn / DEVIATION, &(&gap_mn / DEVIATION));
         let solution =
             Solution::at_once(x.as_slice().to_vec(), gap_mn.as_slice().to_vec(), jacobian_mn.clone());
-        let is_at_minimum = true;
-        Fit { solution, linear, gap_mn, jacobian_mn, parameters: 1, prior, covariance, is_at_minimum }
+        let end = End::Minimum;
+        Fit { solution, linear, gap_mn, jacobian_mn, parameters: 1, prior, covariance, end }
     }
 
     fn time(point: usize) -> f64 {

@@ -111,6 +111,7 @@ mod tests {
     use super::*;
     use crate::fit::{Prior, Solution};
     use crate::inference::Linearised;
+    use crate::inference::fit::End;
 
     const POINTS: usize = 50;
 
@@ -123,9 +124,8 @@ mod tests {
         let prior = Prior { mean: vec![0.0], deviation: vec![1e3] };
         let linear = Linearised::new(&jacobian_mn / 0.01, &(&gap_mn / 0.01));
         let solution = Solution::at_once(vec![2.0], gap_mn.as_slice().to_vec(), jacobian_mn.clone());
-        let is_at_minimum = true;
-        let fit =
-            Fit { solution, linear, gap_mn, jacobian_mn, parameters: 1, prior, covariance, is_at_minimum };
+        let end = End::Minimum;
+        let fit = Fit { solution, linear, gap_mn, jacobian_mn, parameters: 1, prior, covariance, end };
         let draws = TrueForce::new(&fit, &[]).unwrap().noise_mn(DRAWS);
         draws.iter().map(|noise| noise[POINTS - 1]).collect()
     }

@@ -7,7 +7,7 @@ use super::thresholds::Thresholds;
 use super::verdict::{Decision, Evidence, decide};
 use crate::fit::{Prior, Solution};
 use crate::inference::Linearised;
-use crate::inference::fit::Fit;
+use crate::inference::fit::{End, Fit};
 use crate::noise::Covariance;
 use nalgebra::{DMatrix, DVector};
 
@@ -24,7 +24,7 @@ pub(super) fn refit(candidate: usize, evidence: f64) -> Refit {
         parameters: 0,
         prior: Prior { mean: vec![0.0], deviation: vec![2.0] },
         covariance: Covariance::new(DVector::from_element(1, 1.0), vec![]),
-        is_at_minimum: true,
+        end: End::Minimum,
     };
     let remainder = SomethingElse { evidence: 0.0, explained: 0.0, smooth: none };
     Refit {

@@ -1,6 +1,6 @@
 //! Fits that nothing had to be done for: what tests of their statistics are made of.
 
-use super::fit::{Fit, linearised};
+use super::fit::{End, Fit, linearised};
 use super::parameter::{FitParameter, Unit};
 use super::unknowns::Unknowns;
 use crate::fit::Solution;
@@ -40,5 +40,5 @@ pub fn fit_with(
     let linear = linearised(&jacobian_mn, &gap_mn, &covariance, &prior, &x);
     let solution = Solution::at_once(x, gap_mn.as_slice().to_vec(), jacobian_mn.clone());
     let parameters = unknowns.len();
-    Fit { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance, is_at_minimum: true }
+    Fit { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance, end: End::Minimum }
 }

@@ -39,8 +39,19 @@ pub struct Fit {
     pub prior: Prior,
     /// Of the measured force minus this model's.
     pub covariance: Covariance,
-    /// Whether it was carried on to its minimum.
-    pub is_at_minimum: bool,
+    /// How far it was carried.
+    pub end: End,
+}
+
+/// How far a fit was carried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// To where a rough fit by a rougher model ends; the model asked for was run there, derivatives are the rougher one's.
+    RougherModel,
+    /// Until an iteration gained a few per cent of chi^2 only.
+    Rough,
+    /// To its minimum.
+    Minimum,
 }
 
 /// A fit ends where the next iteration is expected to lower chi^2 by less than this: a value then moves by a seventh of its deviation.
@@ -85,6 +96,8 @@ pub struct FitPlan {
 pub enum Depth {
     /// Until an iteration gains a few per cent of chi^2 only.
     Rough,
+    /// The same by the model asked for alone.
+    RoughAlone,
     /// To its minimum where a rough fit has a smaller chi^2 than this.
     Below(f64),
     /// To its minimum.
@@ -95,7 +108,7 @@ impl Depth {
     /// Whether a rough fit with this chi^2 is carried to its minimum.
     fn goes_on(self, rough_chi_square: f64) -> bool {
         match self {
-            Self::Rough => false,
+            Self::Rough | Self::RoughAlone => false,
             Self::Below(chi_square) => rough_chi_square < chi_square,
             Self::Minimum => true,
         }
@@ -301,7 +314,7 @@ pub fn fit(
         if setup.engine.is_stopped() {
             return Err(FitFailure::from(EvaluationFailure::Interrupted));
         }
-        Ok((found?, to_minimum))
+        Ok((found?, if to_minimum { End::Minimum } else { End::Rough }))
     };
     // A rougher model leads near to the end, where there is one and it leads anywhere.
     let lead = |start: &[f64], to_minimum: bool| {
@@ -309,13 +322,17 @@ pub fn fit(
         rough::lead(setup, active, covariance, (start, &bounds), tolerances(to_minimum), &mut going_on)
     };
     let depth = plan.depth;
+    let led = match depth {
+        Depth::RoughAlone => None,
+        depth => lead(&plan.start, depth == Depth::Minimum)?,
+    };
     let mut found = None;
-    if let Some(Led { mut solution, chi_square_before, twin }) = lead(&plan.start, depth == Depth::Minimum)? {
+    if let Some(Led { mut solution, chi_square_before, twin }) = led {
         let to_minimum = depth.goes_on(solution.chi_square);
         if let Some(twin) = twin.filter(|_| !to_minimum && solution.chi_square <= chi_square_before) {
             // The model asked for gives what the rougher one does there: a rough fit needs no more.
             let fit = Fit::at(twin.setup(setup), active, covariance, solution)?;
-            return Ok(Fit { is_at_minimum: false, ..fit });
+            return Ok(Fit { end: End::RougherModel, ..fit });
         }
         if to_minimum && depth != Depth::Minimum {
             solution = lead(&solution.x, true)?.map_or(solution, |further| further.solution);
@@ -329,12 +346,12 @@ pub fn fit(
             Err(other) => return Err(other),
         }
     }
-    let (mut solution, mut is_at_minimum) = match found {
+    let (mut solution, mut end) = match found {
         Some(found) => found,
         None => from(&plan.start, false)?,
     };
-    if !is_at_minimum && depth.goes_on(solution.chi_square) {
-        (solution, is_at_minimum) = from(&solution.x, true)?;
+    if end != End::Minimum && depth.goes_on(solution.chi_square) {
+        (solution, end) = from(&solution.x, true)?;
     }
-    Ok(Fit { is_at_minimum, ..Fit::at(setup, active, covariance, solution)? })
+    Ok(Fit { end, ..Fit::at(setup, active, covariance, solution)? })
 }

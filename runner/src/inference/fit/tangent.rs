@@ -1,6 +1,6 @@
 //! A fit, linearised at its optimum, and its evidence.
 
-use super::{Fit, ForceProblem, Setup};
+use super::{End, Fit, ForceProblem, Setup};
 use crate::fit::{EvaluationFailure, Prior, Problem, Solution, Whitening};
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::linearised::Linearised;
@@ -82,7 +82,7 @@ impl Fit {
         let Tangent { gap_mn, jacobian_mn, covariance, linear } =
             Tangent::at(setup, active, covariance, &prior, &solution.x)?;
         let parameters = setup.unknowns.len();
-        Ok(Self { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance, is_at_minimum: true })
+        Ok(Self { solution, linear, gap_mn, jacobian_mn, parameters, prior, covariance, end: End::Minimum })
     }
 
     /// chi^2 at the minimum of the linearised model.

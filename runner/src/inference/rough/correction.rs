@@ -47,9 +47,8 @@ pub(super) fn corrected(
         };
         let Some(apart) = apart else {
             // The rough model leads to where the one asked for cannot be computed.
-            if let Some((x, offset_mn)) = last_computable(setup, &twin, active, &solution.iterations)? {
-                twin.offset_mn = offset_mn;
-                solution.residual = problem(twin.setup(setup), active, covariance).residual(&x)?;
+            if let Some((x, there)) = last_computable(setup, &twin, active, &solution.iterations)? {
+                solution.residual = problem(there.setup(setup), active, covariance).residual(&x)?;
                 solution.chi_square = solution.residual.iter().map(|r| r * r).sum();
                 solution.x = x;
             }
@@ -76,16 +75,16 @@ pub(super) fn corrected(
     Ok((solution, None))
 }
 
-/// The last point on the way of fits by the rough model at which the model asked for can be computed, with what they differ by there.
+/// The last point on the way of fits by the rough model at which the model asked for can be computed, and the rough one corrected there.
 fn last_computable(
     asked: Setup,
     twin: &Twin,
     active: &[&Candidate],
     way: &[IterationRecord],
-) -> Result<Option<(Vec<f64>, Vec<f64>)>, EvaluationFailure> {
+) -> Result<Option<(Vec<f64>, Twin)>, EvaluationFailure> {
     for IterationRecord { x, .. } in way.iter().rev().skip(1) {
         if let Some(offset_mn) = difference_mn(asked, twin.setup(asked), active, x)? {
-            return Ok(Some((x.clone(), offset_mn)));
+            return Ok(Some((x.clone(), Twin { offset_mn, ..twin.clone() })));
         }
     }
     Ok(None)
