@@ -74,13 +74,7 @@ impl Search<'_> {
         let is_a_matter_of_form =
             singles.iter().filter(is_member).any(|single| self.is_a_matter_of_form(single));
         if self.is_needed(&pair, singles, is_a_matter_of_form) {
-            // Two firsts may lead to one pair.
-            let is_same = |other: &&mut Refit| pair.members.iter().all(|k| other.members.contains(k));
-            match pairs.iter_mut().find(is_same) {
-                Some(before) if before.evidence < pair.evidence => *before = pair,
-                Some(_) => {}
-                None => pairs.push(pair),
-            }
+            keep_pair(pairs, pair, self.thresholds.decisive);
         }
         Ok(is_a_matter_of_form)
     }
@@ -266,6 +260,18 @@ impl Search<'_> {
     }
 }
 
+/// Adds a pair. Two firsts may lead to the same one: a fit that knows nothing of what may stand in the place of its second has to be decidedly
+/// more likely than one that does.
+fn keep_pair(pairs: &mut Vec<Refit>, pair: Refit, decisive: f64) {
+    let is_same = |other: &&mut Refit| pair.members.iter().all(|k| other.members.contains(k));
+    let lead = if pair.alternatives.is_empty() { decisive } else { 0.0 };
+    match pairs.iter_mut().find(is_same) {
+        Some(before) if before.evidence + lead < pair.evidence => *before = pair,
+        Some(_) => {}
+        None => pairs.push(pair),
+    }
+}
+
 /// The better of two pairs, of which `other` begins with the second effect of `pair`. Where data cannot tell them apart, what differs is in
 /// doubt and what they share is first.
 fn better_of(pair: Refit, other: Refit, thresholds: &Thresholds) -> Refit {
@@ -291,6 +297,19 @@ mod tests {
 
     fn pair(members: [usize; 2], evidence: f64) -> Refit {
         Refit { members: members.to_vec(), ..refit(members[0], evidence) }
+    }
+
+    #[test]
+    fn a_pair_that_is_found_again_keeps_what_may_stand_in_its_place() {
+        let mut pairs = vec![Refit { alternatives: vec![3], ..pair([1, 2], 50.0) }];
+        let mut found = |other: Refit| {
+            keep_pair(&mut pairs, other, 6.0);
+            (pairs.len(), pairs[0].evidence, pairs[0].alternatives.clone())
+        };
+        assert_eq!(found(pair([2, 1], 52.0)), (1, 50.0, vec![3]));
+        assert_eq!(found(Refit { alternatives: vec![4], ..pair([1, 2], 52.0) }), (1, 52.0, vec![4]));
+        assert_eq!(found(pair([2, 1], 60.0)), (1, 60.0, vec![]));
+        assert_eq!(found(pair([2, 3], 10.0)).0, 2);
     }
 
     /// Members and what may stand in the place of the second.
