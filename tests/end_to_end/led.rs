@@ -80,7 +80,7 @@ fn what_stands_for_the_model_agrees_with_it() {
         let setup = Setup::new(&engine, &observations, &unknowns);
         let start = unknowns.start().to_vec();
         let covariance = noise_at(setup, &start, &Weights::default(), false).unwrap().covariance;
-        let plan = FitPlan { start, evaluations: if depth == Depth::RoughAlone { 1 } else { 40 }, depth };
+        let plan = FitPlan { start, evaluations: if depth == Depth::Rough { 1 } else { 40 }, depth };
         let fit = fit(setup, &[], &covariance, &plan, &mut |_| {}).unwrap();
         let coarser = coarser_at(setup, &[], &fit).unwrap();
         let chi_square = |setup: Setup| {
@@ -93,7 +93,7 @@ fn what_stands_for_the_model_agrees_with_it() {
     let (end, by_rougher, asked, beside) = fitted("coarse", Depth::Below(0.0));
     assert_eq!((end, beside), (End::RougherModel, None));
     assert!((by_rougher - asked).abs() < 1e-6 * asked, "{by_rougher} and {asked}");
-    let (end, _, asked, beside) = fitted("standard", Depth::RoughAlone);
+    let (end, _, asked, beside) = fitted("standard", Depth::Rough);
     assert_eq!(end, End::Rough);
     assert!((beside.unwrap() - asked).abs() < 1e-6 * asked, "{beside:?} and {asked}");
 }

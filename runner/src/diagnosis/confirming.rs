@@ -1,5 +1,6 @@
 //! Refits of the model with effects, and their evidence against each other, no gap, and something else.
 
+use super::diagnose::DiagnosisError;
 use super::location::spots;
 use super::screening::Family;
 use super::search::Search;
@@ -133,6 +134,34 @@ pub fn refit(
         adequacy: adequacy(setup, &found),
         fit: found,
     })
+}
+
+impl Search<'_> {
+    /// What may be the answer, carried to its minimum by this model after another one has found it: what is as good as the best that meets
+    /// the data, by evidence or by chi^2. What this model cannot compute is left out. Best first.
+    pub(super) fn confirmed(
+        &self,
+        mut found: Vec<Refit>,
+        say: &mut dyn FnMut(String),
+    ) -> Result<Vec<Refit>, DiagnosisError> {
+        let mut confirmed: Vec<Refit> = vec![];
+        let by_evidence = |a: &&Refit, b: &&Refit| a.evidence.total_cmp(&b.evidence);
+        loop {
+            let all = || confirmed.iter().chain(&found);
+            let meeting = all().filter(|refit| refit.meets_data(&self.thresholds)).max_by(by_evidence);
+            let Some(best) = meeting.or_else(|| all().max_by(by_evidence)) else { break };
+            let is_as_good = |refit: &Refit| {
+                (refit.evidence - best.evidence).max(refit.gain - best.gain) > -self.thresholds.decisive
+            };
+            let Some(next) = found.iter().position(is_as_good) else { break };
+            let Refit { members, alternatives, fit, .. } = found.remove(next);
+            let refit = self.refit(&members, fit.solution.x, Depth::Minimum, say)?;
+            confirmed.extend(refit.map(|refit| Refit { alternatives, ..refit }));
+        }
+        confirmed.extend(found);
+        confirmed.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        Ok(confirmed)
+    }
 }
 
 /// Twice the log evidence of a model, up to what all models of these data share, where the noise has parts of unsure size.

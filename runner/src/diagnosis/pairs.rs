@@ -41,7 +41,9 @@ impl Search<'_> {
             }
             let is_paired = pairs.iter().any(|pair| pair.members.contains(&first));
             let Some(k) = singles.iter().position(|r| r.members == [first] && !is_paired) else { continue };
-            singles[k] = self.by_model_asked_for(singles[k].clone(), say)?;
+            if let Some(carried_on) = self.by_model_asked_for(&singles[k], say)? {
+                singles[k] = carried_on;
+            }
             let single = &singles[k];
             // What needs no second effect is a better explanation than others that do.
             let mut is_the_last = self.is_a_matter_of_form(single);
@@ -86,18 +88,16 @@ impl Search<'_> {
         singles.iter().filter(|r| r.gain >= least).map(|r| r.members[0]).take(most).collect()
     }
 
-    /// A single effect whose rest is screened, carried on by the model asked for where a rougher one's end was enough so far.
+    /// A single effect whose rest is screened, carried on by the model asked for; none where that made its end already, or cannot.
     fn by_model_asked_for(
         &self,
-        single: Refit,
+        single: &Refit,
         say: &mut dyn FnMut(String),
-    ) -> Result<Refit, DiagnosisError> {
+    ) -> Result<Option<Refit>, DiagnosisError> {
         if single.fit.end != End::RougherModel {
-            return Ok(single);
+            return Ok(None);
         }
-        let start = single.fit.solution.x.clone();
-        let found = self.refit(&single.members, start, Depth::RoughAlone, say)?;
-        Ok(found.unwrap_or(single))
+        self.refit(&single.members, single.fit.solution.x.clone(), Depth::Rough, say)
     }
 
     /// A single effect together with what its rest shows, where this is more than noise: with what promises most there, and the best of
@@ -182,7 +182,7 @@ impl Search<'_> {
             return Ok(pair);
         }
         let Some(second) = self.alone(&pair, 1, say)? else { return Ok(pair) };
-        let second = self.by_model_asked_for(second, say)?;
+        let second = self.by_model_asked_for(&second, say)?.unwrap_or(second);
         if self.is_a_matter_of_form(&second) {
             return Ok(pair);
         }

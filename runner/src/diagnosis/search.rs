@@ -182,34 +182,6 @@ impl Search<'_> {
         self.carry_on(singles, say)
     }
 
-    /// What may be the answer, carried to its minimum by this model after another one has found it: what is as good as the best that meets
-    /// the data, by evidence or by chi^2. What this model cannot compute is left out.
-    pub(super) fn confirmed(
-        &self,
-        mut found: Vec<Refit>,
-        say: &mut dyn FnMut(String),
-    ) -> Result<Vec<Refit>, DiagnosisError> {
-        let mut confirmed: Vec<Refit> = vec![];
-        loop {
-            let all = || confirmed.iter().chain(&found);
-            let meeting = all().filter(|refit| refit.meets_data(&self.thresholds));
-            let best = |of: &mut dyn Iterator<Item = &Refit>| {
-                of.map(|refit| (refit.evidence, refit.gain)).max_by(|a, b| a.0.total_cmp(&b.0))
-            };
-            let Some((evidence, gain)) = best(&mut { meeting }).or_else(|| best(&mut all())) else { break };
-            let is_as_good = |refit: &Refit| {
-                (refit.evidence - evidence).max(refit.gain - gain) > -self.thresholds.decisive
-            };
-            let Some(next) = found.iter().position(is_as_good) else { break };
-            let Refit { members, alternatives, fit, .. } = found.remove(next);
-            let refit = self.refit(&members, fit.solution.x, Depth::Minimum, say)?;
-            confirmed.extend(refit.map(|refit| Refit { alternatives, ..refit }));
-        }
-        confirmed.extend(found);
-        confirmed.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        Ok(confirmed)
-    }
-
     fn explains_nothing(&self, refit: &Refit) -> bool {
         refit.gain < self.thresholds.decisive
     }

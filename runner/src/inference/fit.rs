@@ -94,10 +94,8 @@ pub struct FitPlan {
 /// How far a fit is carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Depth {
-    /// Until an iteration gains a few per cent of chi^2 only.
+    /// By the model asked for alone, until an iteration gains a few per cent of chi^2 only.
     Rough,
-    /// The same by the model asked for alone.
-    RoughAlone,
     /// To its minimum where a rough fit has a smaller chi^2 than this.
     Below(f64),
     /// To its minimum.
@@ -108,7 +106,7 @@ impl Depth {
     /// Whether a rough fit with this chi^2 is carried to its minimum.
     fn goes_on(self, rough_chi_square: f64) -> bool {
         match self {
-            Self::Rough | Self::RoughAlone => false,
+            Self::Rough => false,
             Self::Below(chi_square) => rough_chi_square < chi_square,
             Self::Minimum => true,
         }
@@ -323,7 +321,7 @@ pub fn fit(
     };
     let depth = plan.depth;
     let led = match depth {
-        Depth::RoughAlone => None,
+        Depth::Rough => None,
         depth => lead(&plan.start, depth == Depth::Minimum)?,
     };
     let mut found = None;

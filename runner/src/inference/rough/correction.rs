@@ -47,10 +47,15 @@ pub(super) fn corrected(
         };
         let Some(apart) = apart else {
             // The rough model leads to where the one asked for cannot be computed.
-            if let Some((x, there)) = last_computable(setup, &twin, active, &solution.iterations)? {
-                solution.residual = problem(there.setup(setup), active, covariance).residual(&x)?;
-                solution.chi_square = solution.residual.iter().map(|r| r * r).sum();
-                solution.x = x;
+            match last_computable(setup, &twin, active, &solution.iterations) {
+                Err(EvaluationFailure::Interrupted) => solution.stop = StopReason::StopRequested,
+                found => {
+                    if let Some((x, there)) = found? {
+                        solution.residual = problem(there.setup(setup), active, covariance).residual(&x)?;
+                        solution.chi_square = solution.residual.iter().map(|r| r * r).sum();
+                        solution.x = x;
+                    }
+                }
             }
             break;
         };

@@ -34,22 +34,17 @@ impl Twin {
     /// A rougher one, where the model is poropunch's own, nothing of what makes it rough was chosen but a preset, and none of these effects is
     /// a matter of it.
     pub fn leading(setup: Setup, active: &[&Candidate]) -> Option<Self> {
-        let is_of_rough = |name: &String| name.starts_with("mesh.") || name.starts_with("solver.");
-        let is_chosen = |name: &String| is_of_rough(name) && name != ROUGH[0].0;
-        let is_asked = |c: &&Candidate| c.effect.parameters.iter().any(is_of_rough);
+        let is_chosen = |name: &String| is_of_mesh_or_steps(name) && name != ROUGH[0].0;
         let may_lead = setup.engine.is_own()
             && !setup.unknowns.fixed().keys().any(is_chosen)
-            && !active.iter().any(is_asked);
+            && !active.iter().any(|candidate| is_matter_of_mesh_or_steps(candidate));
         may_lead.then(|| Self { unknowns: roughest_unknowns(setup), offset_mn: vec![] })
     }
 
     /// The coarsest mesh with all else as asked for, where the one asked for is finer and none of these effects is a matter of it. What is
     /// found with it is the same as if it had been asked for, a rougher one that leads there included.
     pub fn coarser(setup: Setup, candidates: &[Candidate]) -> Option<Self> {
-        let (preset, coarsest) = ROUGH[0];
-        let all: Vec<&Candidate> = candidates.iter().collect();
-        let is_finer = setup.unknowns.fixed().get(preset).is_none_or(|value| *value != coarsest);
-        let may_stand = is_finer && Self::leading(setup, &all).is_some();
+        let may_stand = applies(setup) && !candidates.iter().any(is_matter_of_mesh_or_steps);
         let unknowns = || setup.unknowns.clone().with_fixed(&ROUGH[..1]);
         may_stand.then(|| Self { unknowns: unknowns(), offset_mn: vec![] })
     }
@@ -65,12 +60,21 @@ impl Twin {
     }
 }
 
+/// Whether a parameter makes the model rough or fine.
+fn is_of_mesh_or_steps(name: &str) -> bool {
+    name.starts_with("mesh.") || name.starts_with("solver.")
+}
+
+fn is_matter_of_mesh_or_steps(candidate: &Candidate) -> bool {
+    candidate.effect.parameters.iter().any(|name| is_of_mesh_or_steps(name))
+}
+
 /// Whether the model has a rough twin: it is poropunch's own, no coarser one, and nothing else of what makes it rough was chosen.
 pub fn applies(setup: Setup) -> bool {
     let [(preset, coarsest), ..] = ROUGH;
     let is_chosen = |(name, value): (&String, &f64)| match name.as_str() {
         name if name == preset => *value == coarsest,
-        name => name.starts_with("mesh.") || name.starts_with("solver."),
+        name => is_of_mesh_or_steps(name),
     };
     setup.engine.is_own() && !setup.unknowns.fixed().iter().any(is_chosen)
 }
