@@ -11,7 +11,7 @@ mod common;
 use common::{EVALUATIONS, Error, begin, diagnosed};
 use runner::diagnosis::shrinkage::{Comparison, part_removed, percentile};
 use runner::inference::fit::fit;
-use runner::inference::{Candidate, Depth, Fit, FitPlan, Setup};
+use runner::inference::{Candidate, Fit, FitPlan, Setup};
 use runner::noise::Observation;
 
 fn main() -> Result<(), Error> {
@@ -45,8 +45,7 @@ fn main() -> Result<(), Error> {
             let setup = Setup::new(&engine, &drawn, &unknowns);
             let covariance = &found.noise.covariance;
             let again = |start: &Fit, active: &[&Candidate]| -> Result<Fit, Error> {
-                let start = start.solution.x.clone();
-                let plan = FitPlan { start, evaluations: EVALUATIONS, depth: Depth::Minimum };
+                let plan = FitPlan::to_minimum(&start.solution.x, EVALUATIONS);
                 let known = covariance.without(&split.predicted);
                 let fitted = fit(setup, active, &known, &plan, &mut |_| {})?;
                 Ok(fitted.seen_with(setup, active, covariance)?)

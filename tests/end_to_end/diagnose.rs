@@ -52,6 +52,27 @@ fn a_load_cell_lag_is_found_with_its_size() {
     assert!(found["shrinkage"]["value"].as_f64().unwrap() > 0.8);
 }
 
+/// Goal: in full, every effect that these data would show is refitted, those too that promise little beside one that explains the data.
+/// Set-up: a lag, without `--quick`. Criterion: a model for each that is testable, the lag first, none that comes near to it.
+#[test]
+#[ignore = "long: a diagnosis in full"]
+fn in_full_all_that_these_data_would_show_is_refitted() {
+    let d = directory();
+    let [p1, p2] = ["P1.csv", "P2.csv"].map(|f| repository(&format!("data/practice/lag/{f}")));
+    let said = succeed(&["diagnose", text(&p1), text(&p2), "--mesh", "coarse", "--out", text(d.path())]);
+    let found = reported(&said, d.path());
+    let models = found["models"].as_array().unwrap();
+    let chi_square = |effect: &Value| {
+        let own = models.iter().find(|model| model["effects"] == Value::from(vec![effect.clone()]));
+        own.unwrap_or_else(|| panic!("no refit of {effect}"))["chi_square"].as_f64().unwrap()
+    };
+    let shown: Vec<&Value> =
+        found["effects"].as_array().unwrap().iter().filter(|effect| effect["testable"] == true).collect();
+    let all: Vec<f64> = shown.iter().map(|effect| chi_square(&effect["name"])).collect();
+    assert!(all.len() > 5 && models[0]["effects"][0] == "load_cell_lag", "{models:?}");
+    assert_eq!(all.iter().filter(|chi_square| **chi_square < 3000.0).count(), 1, "{all:?}");
+}
+
 /// Goal: data of the plain model are accused of nothing. A resumed diagnosis gives the same report, its first command
 /// included, from the runs that were kept.
 #[test]

@@ -5,7 +5,7 @@ use runner::data::reader::{Wanted, read};
 use runner::diagnosis::plain_start::PlainStarts;
 use runner::engine::{Engine, EngineOptions};
 use runner::inference::fit::{End, chi_squares, fit, foreseen_end};
-use runner::inference::rough::{Twin, coarser_at};
+use runner::inference::rough::{Trust, Twin, coarser_at};
 use runner::inference::{Depth, Fit, FitPlan, Requests, Setup, Unknowns, noise_at};
 use runner::noise::Weights;
 use runner::noise::observation::observe;
@@ -53,8 +53,7 @@ fn a_fit_that_is_led_ends_where_the_other_one_does() {
         assert_eq!(Twin::leading(setup, &[]).is_some(), is_led);
         let start = unknowns.start().to_vec();
         let noise = noise_at(setup, &start, &Weights::default(), false).unwrap();
-        let plan = FitPlan { start, evaluations: 40, depth: Depth::Minimum };
-        fit(setup, &[], &noise.covariance, &plan, &mut |_| {}).unwrap()
+        fit(setup, &[], &noise.covariance, &FitPlan::to_minimum(&start, 40), &mut |_| {}).unwrap()
     };
     let coarse = "mesh.preset=coarse".to_owned();
     let led = fitted(vec![coarse.clone()], true);
@@ -68,32 +67,37 @@ fn a_fit_that_is_led_ends_where_the_other_one_does() {
 
 /// Goal: what stands for the model asked for gives what that gives where it was corrected. Set-up: P2 of the lagging practice data, roughly
 /// fitted: with the coarse mesh by the rougher model that leads, with the standard one by the coarse one beside it. Criterion: the same chi^2 of
-/// the model asked for, and none stands for the coarsest but the one that leads.
+/// the model asked for, and none stands for the coarsest but the one that leads; with more trust in that one there are fewer evaluations.
 #[test]
 fn what_stands_for_the_model_agrees_with_it() {
     let file = repository("data/practice/lag/P2.csv");
     let observations = observe(&[read(&file, Wanted::MotionAndForce).unwrap()], None).unwrap();
     let engine = engine();
-    let fitted = |mesh: &str, depth: Depth| {
+    let fitted = |mesh: &str, depth: Depth, trust: Trust| {
         let requests = Requests { set: vec![format!("mesh.preset={mesh}")], ..Requests::default() };
         let unknowns = Unknowns::new(engine.wiring(), engine.is_own(), &requests).unwrap();
         let setup = Setup::new(&engine, &observations, &unknowns);
         let start = unknowns.start().to_vec();
         let covariance = noise_at(setup, &start, &Weights::default(), false).unwrap().covariance;
-        let plan = FitPlan { start, evaluations: if depth == Depth::Rough { 1 } else { 40 }, depth };
+        let plan = FitPlan { start, evaluations: if depth == Depth::Rough { 1 } else { 40 }, depth, trust };
         let fit = fit(setup, &[], &covariance, &plan, &mut |_| {}).unwrap();
         let coarser = coarser_at(setup, &[], &fit).unwrap();
         let chi_square = |setup: Setup| {
             chi_squares(setup, &[], &covariance, std::slice::from_ref(&fit.solution.x)).unwrap()[0].unwrap()
         };
         let beside = coarser.as_ref().map(|coarser| chi_square(coarser.setup(setup)));
-        (fit.end, fit.solution.chi_square, chi_square(setup), beside)
+        (fit.end, fit.solution.evaluations, fit.solution.chi_square, chi_square(setup), beside)
     };
     // No rough fit has less than nothing.
-    let (end, by_rougher, asked, beside) = fitted("coarse", Depth::Below(0.0));
-    assert_eq!((end, beside), (End::RougherModel, None));
-    assert!((by_rougher - asked).abs() < 1e-6 * asked, "{by_rougher} and {asked}");
-    let (end, _, asked, beside) = fitted("standard", Depth::Rough);
+    let led = [Trust { foreseen: 1e-6, ..Trust::LITTLE }, Trust::MUCH].map(|trust| {
+        let (end, evaluations, by_rougher, asked, beside) = fitted("coarse", Depth::Below(0.0), trust);
+        assert_eq!((end, beside), (End::RougherModel, None));
+        assert!((by_rougher - asked).abs() < 1e-6 * asked, "{by_rougher} and {asked}");
+        (evaluations, asked)
+    });
+    let [(closely, least), (roughly, chi_square)] = led;
+    assert!(roughly < closely && chi_square < 1.1 * least, "{led:?}");
+    let (end, .., asked, beside) = fitted("standard", Depth::Rough, Trust::LITTLE);
     assert_eq!(end, End::Rough);
     assert!((beside.unwrap() - asked).abs() < 1e-6 * asked, "{beside:?} and {asked}");
 }

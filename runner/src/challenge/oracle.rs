@@ -13,7 +13,7 @@ use crate::diagnosis::gap::gap_percent;
 use crate::diagnosis::plain_start::PlainStarts;
 use crate::engine::Engine;
 use crate::fit::{FitError, Problem as _, Whitening as _};
-use crate::inference::fit::{Depth, FitFailure, FitPlan, fit, linearised};
+use crate::inference::fit::{Fit, FitFailure, FitPlan, fit, foreseen_end, linearised};
 use crate::inference::{ForceProblem, Requests, Setup, Unknowns};
 use crate::noise::observation::observe;
 use crate::noise::{Common, Covariance, Observation, Weights, noise_model};
@@ -61,6 +61,14 @@ pub struct Oracle<'a> {
     covariance: Covariance,
     /// The Jacobian and the prior in units of the noise.
     design: DMatrix<f64>,
+}
+
+/// Where refits start.
+struct Starts {
+    /// The true parameters.
+    truth: Vec<f64>,
+    /// Where fits to the data would.
+    of_data: Vec<Vec<f64>>,
 }
 
 impl<'a> Oracle<'a> {
@@ -121,11 +129,14 @@ impl<'a> Oracle<'a> {
     }
 
     /// The true parameters, and where fits to these data would start.
-    fn starts(&self) -> Result<Vec<Vec<f64>>, MakeError> {
+    fn starts(&self) -> Result<Starts, MakeError> {
         let untold = Requests { start: vec![], ..self.requests.clone() };
         let of_data = PlainStarts::of(self.engine, &self.observations, &untold)?;
-        let all = std::iter::once(self.unknowns.start()).chain(of_data.all());
-        Ok(all.map(|x| self.unknowns.within_bounds(x)).collect())
+        let within_bounds = |x: &[f64]| self.unknowns.within_bounds(x);
+        Ok(Starts {
+            truth: within_bounds(self.unknowns.start()),
+            of_data: of_data.all().map(within_bounds).collect(),
+        })
     }
 
     /// What others in any size and some columns (mN, and with the prior in units of the noise) leave of a change.
@@ -152,7 +163,7 @@ impl<'a> Oracle<'a> {
     }
 
     /// What the best fit of the plain model, with the other changes in any size, leaves of one, of searches from several starts.
-    fn refitted(&self, changes_mn: &[Vec<f64>], k: usize, starts: &[Vec<f64>]) -> Result<Seen, MakeError> {
+    fn refitted(&self, changes_mn: &[Vec<f64>], k: usize, starts: &Starts) -> Result<Seen, MakeError> {
         let (own, others) = apart(changes_mn, k);
         let setup = Setup::new(self.engine, &self.observations, &self.unknowns);
         let measured_mn = setup.measured_mn();
@@ -164,27 +175,33 @@ impl<'a> Oracle<'a> {
         let any_size =
             others.column_iter().map(|mn| Common::additive("another cause".to_owned(), mn * ANY_SIZE));
         let covariance = self.covariance.with(any_size);
+        let to_minimum = |start: &[f64]| {
+            fit(setup, &[], &covariance, &FitPlan::to_minimum(start, EVALUATIONS), &mut |_| ())
+        };
         let nothing = DMatrix::zeros(own.len(), 0);
-        let mut found: Option<(f64, Seen)> = None;
-        for start in starts {
-            let plan = FitPlan { start: start.clone(), evaluations: EVALUATIONS, depth: Depth::Minimum };
-            let other = match fit(setup, &[], &covariance, &plan, &mut |_| ()) {
-                // The truth can be computed; another start need not.
-                Err(FitFailure::Fit(FitError::StartFailed(_))) if found.is_some() => continue,
-                other => other?,
-            };
-            let chi_square = other.solution.chi_square;
-            if found.as_ref().is_none_or(|(least, _)| chi_square < *least) {
-                // Errors in proportion to the force are those at the force of the refit, which may be far from the true one.
-                let seen = self.left(&other.covariance, &other.gap_mn, &others, (&nothing, &nothing))?;
-                found = Some((chi_square, seen));
-            }
+        // Errors in proportion to the force are those at the force of the refit, which may be far from the true one.
+        let left = |fit: &Fit| self.left(&fit.covariance, &fit.gap_mn, &others, (&nothing, &nothing));
+        let mut best = to_minimum(&starts.truth)?;
+        let mut seen = left(&best)?;
+        for start in &starts.of_data {
             // What one fit hides needs no other.
-            if found.as_ref().is_some_and(|(_, seen)| seen.score < VISIBLE) {
+            if seen.score < VISIBLE {
                 break;
             }
+            let foreseen = foreseen_end(setup, &covariance, (start, EVALUATIONS), &mut |_| ());
+            let (end, chi_square) = match foreseen {
+                // The truth can be computed; another start need not.
+                Err(FitFailure::Fit(FitError::StartFailed(_))) => continue,
+                other => other?,
+            };
+            if chi_square < best.solution.chi_square {
+                let other = to_minimum(&end)?;
+                if other.solution.chi_square < best.solution.chi_square {
+                    (seen, best) = (left(&other)?, other);
+                }
+            }
         }
-        found.map(|(_, seen)| seen).ok_or(MakeError::NotFinite)
+        Ok(seen)
     }
 }
 

@@ -117,10 +117,10 @@ pub fn refit(
     depth: Depth,
     observe: &mut dyn FnMut(&IterationRecord),
 ) -> Result<Refit, FitFailure> {
-    let &Search { setup, plain, gap, covariance, evaluations, thresholds, .. } = search;
+    let &Search { setup, plain, gap, covariance, evaluations, trust, thresholds, .. } = search;
     let active = search.active(members);
     let may_leave = may_leave(&active, thresholds.rest);
-    let plan = FitPlan { start, evaluations, depth };
+    let plan = FitPlan { start, evaluations, depth, trust };
     let found = fit(setup, &active, covariance, &plan, observe)?;
     let remainder = something_else(setup.observations, &found.linear, &found.covariance);
     Ok(Refit {

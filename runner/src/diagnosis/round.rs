@@ -11,8 +11,8 @@ use super::unsure_noise::UnsureNoise;
 use super::verdict::{is_told_of_a_small_gap, weight_of_something_else};
 use crate::fit::{EvaluationFailure, FitError, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
-use crate::inference::fit::{Depth, Fit, FitFailure, FitPlan, Tangent, chi_squares, fit, foreseen_end};
-use crate::inference::rough::{Twin, coarser_at, leading_at};
+use crate::inference::fit::{Fit, FitFailure, FitPlan, Tangent, chi_squares, fit, foreseen_end};
+use crate::inference::rough::{Trust, Twin, coarser_at, leading_at};
 use crate::inference::{Setup, Signature};
 use crate::noise::{Covariance, NoiseModel};
 use nalgebra::DVector;
@@ -74,8 +74,7 @@ impl Round {
 impl Asked<'_> {
     /// Fit of the plain model.
     pub fn plain(&self, start: &[f64], say: &mut dyn FnMut(String)) -> Result<Fit, DiagnosisError> {
-        let evaluations = self.effort.evaluations;
-        let plan = FitPlan { start: start.to_vec(), evaluations, depth: Depth::Minimum };
+        let plan = FitPlan::to_minimum(start, self.effort.evaluations);
         let (setup, covariance) = (self.setup, &self.noise.covariance);
         fit(setup, &[], covariance, &plan, &mut telling(say)).map_err(DiagnosisError::Baseline)
     }
@@ -155,6 +154,7 @@ impl Asked<'_> {
                 gap,
                 covariance,
                 evaluations,
+                trust: if coarser.is_some() { Trust::MUCH } else { Trust::LITTLE },
                 quick,
                 is_negligible: round.is_small(matters_percent)
                     && !is_told_of_a_small_gap(elsewhere_weight, rivals, &thresholds),

@@ -4,8 +4,9 @@
 //! every effect that these data would show, or seem to show (quick: those that promise most), from where it promises more: the plain
 //! model's fit or the other starts
 //! -> the leaders from the others, too, while the best of them leaves more than noise (quick: as soon as one explains most of the gap)
-//! -> quick: where it leaves more than noise, those that promise a small part of what another has gained, at the plain fit where that one
-//! leaves noise; what looks like the best; what promises half as much at the plain fit, whatever it looks like
+//! -> where it leaves more than noise, those that promise a small part of what another has gained, at the plain fit where that one leaves
+//! noise (all others in full: from the plain fit)
+//! -> quick: what looks like the best; what promises half as much at the plain fit, whatever it looks like
 //! -> what looks like the best where that ended, from there
 //! -> those that compete are carried on to their minima
 //! -> while no single one of these leaves noise, as it is or in another form, unless the gap is then told as one that does not matter:
@@ -26,6 +27,7 @@ use super::thresholds::Thresholds;
 use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::{Depth, End, Fit, FitFailure, ROUGH};
+use crate::inference::rough::Trust;
 use crate::inference::{Linearised, Setup};
 use crate::noise::Covariance;
 use std::collections::VecDeque;
@@ -83,6 +85,8 @@ pub struct Search<'a> {
     pub covariance: &'a Covariance,
     /// Largest number of evaluations of a fit.
     pub evaluations: usize,
+    /// What a rougher model that leads a rough fit is trusted with.
+    pub trust: Trust,
     /// Fewer models.
     pub quick: bool,
     /// Whether a gap that no effect explains is told as one that does not matter.
@@ -116,7 +120,13 @@ impl Search<'_> {
         }
         self.begin_elsewhere(&mut found, say)?;
         let needs_no_other = |refit: &Refit| self.needs_no_other(refit, self.thresholds.inadequate);
-        if !outdone.is_empty() && !leader(&found).is_some_and(needs_no_other) {
+        if leader(&found).is_some_and(needs_no_other) {
+            // Far from the plain fit nearly everything promises the whole gap, and leads nowhere.
+            for mut beginnings in outdone.into_iter().filter(|_| !self.quick) {
+                beginnings.retain(|b| b.is_at_fit);
+                found.extend(self.begin(beginnings, say)?);
+            }
+        } else if !outdone.is_empty() {
             for beginnings in outdone {
                 self.begin_look(beginnings, &mut alike, &mut found, say)?;
             }
@@ -236,8 +246,7 @@ impl Search<'_> {
         let most = found.iter().map(|(refit, _)| refit.gain).fold(0.0, f64::max);
         let promises = |b: &Beginning| b.promise.gain >= OUTDONE * most;
         let is_enough = |best: &Refit| self.needs_no_other(best, self.thresholds.significant);
-        self.quick
-            && !beginnings.iter().any(|b| b.is_at_fit && promises(b))
+        !beginnings.iter().any(|b| b.is_at_fit && promises(b))
             && (!beginnings.iter().any(promises) || leader(found).is_some_and(is_enough))
     }
 

@@ -12,7 +12,7 @@ use super::effect::Candidate;
 use super::jacobian_load::JacobianLoad;
 use super::linearised::Linearised;
 use super::problem::ForceProblem;
-use super::rough::{self, Led, Twin};
+use super::rough::{self, Goal, Led, Trust, Twin};
 use super::setup::Setup;
 use crate::fit::{
     EvaluationFailure, FitError, IterationRecord, Options, Prior, Problem, SharedErrors, Solution,
@@ -89,6 +89,16 @@ pub struct FitPlan {
     pub evaluations: usize,
     /// How far it is carried.
     pub depth: Depth,
+    /// What a rougher model that leads a rough fit is trusted with.
+    pub trust: Trust,
+}
+
+impl FitPlan {
+    /// Of a fit that is as good as it can be.
+    pub fn to_minimum(start: &[f64], evaluations: usize) -> Self {
+        let start = start.to_vec();
+        Self { start, evaluations, depth: Depth::Minimum, trust: Trust::LITTLE }
+    }
 }
 
 /// How far a fit is carried.
@@ -273,10 +283,11 @@ pub fn foreseen_end(
     };
     let bounds = setup.unknowns.optimiser_bounds();
     let options = rough_options(&options(setup, evaluations), ROUGH_FORESEEN);
-    if let Some(led) = rough::lead(setup, &[], covariance, (start, bounds), &options, &mut watch)? {
+    let goal = Goal { bounds, options: &options, trust: Trust::LITTLE };
+    if let Some(led) = rough::lead(setup, &[], covariance, start, goal, &mut watch)? {
         return Ok((led.solution.x, led.solution.chi_square));
     }
-    let plan = FitPlan { start: start.to_vec(), evaluations, depth: Depth::Rough };
+    let plan = FitPlan { depth: Depth::Rough, ..FitPlan::to_minimum(start, evaluations) };
     let found = fit(setup, &[], covariance, &plan, observe)?;
     Ok((found.x().to_vec(), found.foreseen()))
 }
@@ -317,7 +328,9 @@ pub fn fit(
     // A rougher model leads near to the end, where there is one and it leads anywhere.
     let lead = |start: &[f64], to_minimum: bool| {
         let mut going_on = |_: &IterationRecord| setup.engine.going_on();
-        rough::lead(setup, active, covariance, (start, &bounds), tolerances(to_minimum), &mut going_on)
+        let trust = if to_minimum { Trust::LITTLE } else { plan.trust };
+        let goal = Goal { bounds: &bounds, options: tolerances(to_minimum), trust };
+        rough::lead(setup, active, covariance, start, goal, &mut going_on)
     };
     let depth = plan.depth;
     let led = match depth {
@@ -327,7 +340,8 @@ pub fn fit(
     let mut found = None;
     if let Some(Led { mut solution, chi_square_before, twin }) = led {
         let to_minimum = depth.goes_on(solution.chi_square);
-        if let Some(twin) = twin.filter(|_| !to_minimum && solution.chi_square <= chi_square_before) {
+        let is_on_the_way = solution.chi_square <= (1.0 + plan.trust.astray) * chi_square_before;
+        if let Some(twin) = twin.filter(|_| !to_minimum && is_on_the_way) {
             // The model asked for gives what the rougher one does there: a rough fit needs no more.
             let fit = Fit::at(twin.setup(setup), active, covariance, solution)?;
             return Ok(Fit { end: End::RougherModel, ..fit });

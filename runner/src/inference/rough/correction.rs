@@ -5,7 +5,7 @@ use crate::fit::{
     Bounds, EvaluationFailure, IterationRecord, Options, Problem, Solution, StopReason, Whitening, minimise,
 };
 use crate::inference::effect::Candidate;
-use crate::inference::fit::{FitFailure, problem};
+use crate::inference::fit::{FitFailure, ROUGH, problem};
 use crate::inference::problem::ForceProblem;
 use crate::inference::setup::Setup;
 use crate::noise::Covariance;
@@ -16,8 +16,37 @@ use std::ops::ControlFlow;
 /// The corrected model foresees the other one where their squared difference is less than this part of the number of points or, where that is
 /// larger, of chi^2, in units of the covariance: no further correction lowers chi^2 by more than about that.
 const FORESEEN: f64 = 1e-2;
+/// The same where what may be the answer is fitted again by a finer model: a tenth of chi^2 tells what misses the data.
+const FORESEEN_ROUGHLY: f64 = 1e-1;
 /// Corrections shrink the difference by a factor of ten or more each; where so many do not suffice, something else is wrong.
 const MOST_CORRECTIONS: usize = 4;
+
+/// What a rougher model is trusted with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trust {
+    /// Part of chi^2 that it has to foresee, corrected, to have led to a minimum.
+    pub foreseen: f64,
+    /// Part of chi^2 by which a rough fit may end above its start and stay the rougher model's.
+    pub astray: f64,
+}
+
+impl Trust {
+    /// Where nothing is fitted again.
+    pub const LITTLE: Self = Self { foreseen: FORESEEN, astray: 0.0 };
+    /// Where what may be the answer is fitted again by a finer model.
+    pub const MUCH: Self = Self { foreseen: FORESEEN_ROUGHLY, astray: ROUGH };
+}
+
+/// How fits by a rough model end.
+#[derive(Clone, Copy)]
+pub(in crate::inference) struct Goal<'a> {
+    /// Of parameters and magnitudes.
+    pub bounds: &'a Bounds,
+    /// Tolerances.
+    pub options: &'a Options,
+    /// What the rough model is trusted with.
+    pub trust: Trust,
+}
 
 /// Goes on from the end of a fit by the rough model, with what the two models differ by. With the solution the corrected rough model, where it is
 /// a minimum of the model asked for; none where the user asked to stop, or the rough model does not lead there.
@@ -25,9 +54,8 @@ pub(super) fn corrected(
     setup: Setup,
     (rough, active): (&Twin, &[&Candidate]),
     covariance: &Covariance,
-    bounds: &Bounds,
+    goal: Goal,
     mut solution: Solution,
-    settled: &Options,
     watch: &mut dyn FnMut(&IterationRecord) -> ControlFlow<()>,
 ) -> Result<(Solution, Option<Twin>), FitFailure> {
     let mut twin = rough.clone();
@@ -66,7 +94,7 @@ pub(super) fn corrected(
         let mut corrected = problem(twin.setup(setup), active, covariance);
         solution.residual = corrected.residual(&solution.x)?;
         solution.chi_square = solution.residual.iter().map(|r| r * r).sum();
-        let most = FORESEEN * solution.chi_square.max(change.len() as f64);
+        let most = goal.trust.foreseen * solution.chi_square.max(change.len() as f64);
         let is_foreseen = covariance.apply(&change).norm_squared() <= most;
         // A correction that does not lower chi^2 any more has met steps of the rough model.
         let is_worse = best.as_ref().is_some_and(|(best, _)| best.chi_square <= solution.chi_square);
@@ -75,7 +103,7 @@ pub(super) fn corrected(
             return Ok((solution, Some(twin)));
         }
         best = Some((solution.clone(), twin.clone()));
-        solution = after(minimise(&mut corrected, &solution.x, bounds, settled, watch)?, &solution);
+        solution = after(minimise(&mut corrected, &solution.x, goal.bounds, goal.options, watch)?, &solution);
     }
     Ok((solution, None))
 }

@@ -1,8 +1,8 @@
 //! The way to where a fit by the model asked for begins.
 
-use super::correction::{corrected, difference_mn};
+use super::correction::{Goal, corrected, difference_mn};
 use super::twin::Twin;
-use crate::fit::{Bounds, EvaluationFailure, IterationRecord, Options, Solution, minimise};
+use crate::fit::{EvaluationFailure, IterationRecord, Solution, minimise};
 use crate::inference::effect::Candidate;
 use crate::inference::fit::{Fit, FitFailure, problem};
 use crate::inference::problem::ForceProblem;
@@ -59,16 +59,16 @@ pub(in crate::inference) fn lead(
     setup: Setup,
     active: &[&Candidate],
     covariance: &Covariance,
-    (start, bounds): (&[f64], &Bounds),
-    options: &Options,
+    start: &[f64],
+    goal: Goal,
     watch: &mut dyn FnMut(&IterationRecord) -> ControlFlow<()>,
 ) -> Result<Option<Led>, EvaluationFailure> {
     let Some(twin) = leading_at(setup, active, start)? else { return Ok(None) };
     let mut problem = problem(twin.setup(setup), active, covariance);
-    let led = minimise(&mut problem, start, bounds, options, watch).map_err(FitFailure::from);
+    let led = minimise(&mut problem, start, goal.bounds, goal.options, watch).map_err(FitFailure::from);
     let led = led.and_then(|first| {
         let chi_square_before = first.iterations.first().map_or(f64::INFINITY, |record| record.chi_square);
-        let (solution, twin) = corrected(setup, (&twin, active), covariance, bounds, first, options, watch)?;
+        let (solution, twin) = corrected(setup, (&twin, active), covariance, goal, first, watch)?;
         Ok(Led { solution, chi_square_before, twin })
     });
     match led {

@@ -12,6 +12,8 @@ mod lead;
 mod search;
 mod twin;
 
+pub(in crate::inference) use correction::Goal;
+pub use correction::Trust;
 pub(in crate::inference) use lead::{Led, lead};
 pub use lead::{coarser_at, leading_at};
 pub use search::search_roughly;

@@ -1,7 +1,7 @@
 //! A search by a rough model. The solution and its force are those of the model asked for. Derivatives are the rough one's: they are as
 //! accurate as it is, a per cent, and so are the widths of intervals.
 
-use super::correction::{corrected, difference_mn};
+use super::correction::{Goal, Trust, corrected, difference_mn};
 use super::twin::Twin;
 use crate::fit::{IterationRecord, Options, Solution, StopReason};
 use crate::inference::fit::{
@@ -25,8 +25,8 @@ pub fn search_roughly(
     observe: &mut dyn FnMut(usize, &IterationRecord),
 ) -> Result<Found, FitFailure> {
     let twin = Twin::rough(setup);
-    let bounds = setup.unknowns.optimiser_bounds();
     let settled = options(setup, plan.evaluations);
+    let goal = Goal { bounds: setup.unknowns.optimiser_bounds(), options: &settled, trust: Trust::LITTLE };
     let earlier = Options {
         chi_square_tolerance: EARLIER * settled.chi_square_tolerance,
         noise_tolerance: EARLIER * settled.noise_tolerance,
@@ -76,7 +76,7 @@ pub fn search_roughly(
         };
         // Its runs were made: no stop keeps them from being seen.
         let by_rough_one = Fit::at(twin.setup(setup), &[], covariance, end.clone())?;
-        match corrected(setup, (&twin, &[]), covariance, bounds, end, &settled, &mut watch)? {
+        match corrected(setup, (&twin, &[]), covariance, goal, end, &mut watch)? {
             (solution, None) if solution.stop == StopReason::StopRequested => {
                 let fit = Fit { solution, ..by_rough_one };
                 return Ok(best.unwrap_or_else(|| found(start, fit, None)));
