@@ -12,8 +12,8 @@ use crate::data::Measurement;
 use crate::diagnosis::gap::gap_percent;
 use crate::diagnosis::plain_start::PlainStarts;
 use crate::engine::Engine;
-use crate::fit::{FitError, Problem as _, Whitening as _};
-use crate::inference::fit::{Fit, FitFailure, FitPlan, fit, foreseen_end, linearised};
+use crate::fit::{Problem as _, Whitening as _};
+use crate::inference::fit::{Fit, FitPlan, fit, foreseen_below, linearised};
 use crate::inference::{ForceProblem, Requests, Setup, Unknowns};
 use crate::noise::observation::observe;
 use crate::noise::{Common, Covariance, Observation, Weights, noise_model};
@@ -188,15 +188,12 @@ impl<'a> Oracle<'a> {
             if seen.score < VISIBLE {
                 break;
             }
-            let foreseen = foreseen_end(setup, &covariance, (start, EVALUATIONS), &mut |_| ());
-            let (end, chi_square) = match foreseen {
-                // The truth can be computed; another start need not.
-                Err(FitFailure::Fit(FitError::StartFailed(_))) => continue,
-                other => other?,
-            };
-            if chi_square < best.solution.chi_square {
+            let least = best.solution.chi_square;
+            // The truth can be computed; another start need not.
+            let lower = foreseen_below(setup, &covariance, (start, EVALUATIONS), least, &mut |_| ())?;
+            if let Some((end, _)) = lower {
                 let other = to_minimum(&end)?;
-                if other.solution.chi_square < best.solution.chi_square {
+                if other.solution.chi_square < least {
                     (seen, best) = (left(&other)?, other);
                 }
             }

@@ -9,9 +9,9 @@ use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
 use super::unsure_noise::UnsureNoise;
 use super::verdict::{is_told_of_a_small_gap, weight_of_something_else};
-use crate::fit::{EvaluationFailure, FitError, IterationRecord};
+use crate::fit::{EvaluationFailure, IterationRecord};
 use crate::inference::effect::{Candidate, is_continuous};
-use crate::inference::fit::{Fit, FitFailure, FitPlan, Tangent, chi_squares, fit, foreseen_end};
+use crate::inference::fit::{Fit, FitPlan, Tangent, chi_squares, fit, foreseen_below};
 use crate::inference::rough::{Trust, Twin, coarser_at, leading_at};
 use crate::inference::{Setup, Signature};
 use crate::noise::{Covariance, NoiseModel};
@@ -88,16 +88,11 @@ impl Asked<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Option<(Vec<f64>, f64)>, DiagnosisError> {
         let covariance = &self.noise.covariance;
-        match foreseen_end(stand_in, covariance, (start, self.effort.evaluations), &mut telling(say)) {
-            Err(FitFailure::Fit(FitError::StartFailed(_))) => Ok(None),
-            Err(other) => Err(DiagnosisError::Baseline(other)),
-            Ok((_, foreseen)) if foreseen >= chi_square => Ok(None),
-            Ok((end, foreseen)) => {
-                let is_computable =
-                    chi_squares(self.setup, &[], covariance, std::slice::from_ref(&end))?[0].is_some();
-                Ok(is_computable.then_some((end, foreseen)))
-            }
-        }
+        let (from, say) = ((start, self.effort.evaluations), &mut telling(say));
+        let foreseen = foreseen_below(stand_in, covariance, from, chi_square, say);
+        let Some((end, foreseen)) = foreseen.map_err(DiagnosisError::Baseline)? else { return Ok(None) };
+        let there = chi_squares(self.setup, &[], covariance, std::slice::from_ref(&end))?[0];
+        Ok(there.is_some().then_some((end, foreseen)))
     }
 
     /// The plain model fitted from another start than `fit` came from, where it ends with less than this chi^2.

@@ -292,6 +292,23 @@ pub fn foreseen_end(
     Ok((found.x().to_vec(), found.foreseen()))
 }
 
+/// [`foreseen_end`] where its chi^2 is less than this; none where it is not, or the start cannot be evaluated.
+///
+/// # Errors
+/// When the model fails beyond the start, or the user asked to stop.
+pub fn foreseen_below(
+    setup: Setup,
+    covariance: &Covariance,
+    (start, evaluations): (&[f64], usize),
+    chi_square: f64,
+    observe: &mut dyn FnMut(&IterationRecord),
+) -> Result<Option<(Vec<f64>, f64)>, FitFailure> {
+    match foreseen_end(setup, covariance, (start, evaluations), observe) {
+        Err(FitFailure::Fit(FitError::StartFailed(_))) => Ok(None),
+        found => Ok(Some(found?).filter(|(_, foreseen)| *foreseen < chi_square)),
+    }
+}
+
 /// Fits parameters and the magnitudes of `active`, of which no admissible size is held against another before.
 ///
 /// # Errors
