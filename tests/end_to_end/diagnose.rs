@@ -193,6 +193,28 @@ fn a_surface_that_is_deeper_than_recorded_is_found() {
     assert_eq!(found["verdict"]["effects"], serde_json::json!(["offset"]), "{}", found["verdict"]["text"]);
 }
 
+/// Goal: what leaves a rest ends no search. Set-up: a slow third branch whose own refit gains nothing from the plain fit; softening leaves a rest
+/// that would just pass as a matter of its form. Reference: what was put in, by another solver.
+#[test]
+#[ignore = "long: a diagnosis"]
+fn a_slow_branch_that_looks_like_softening_is_found() {
+    let d = directory();
+    let found = diagnose("data/practice/branch-like-softening", d.path());
+    let text = &found["verdict"]["text"];
+    assert_eq!(found["verdict"]["effects"], serde_json::json!(["third_branch"]), "{text}");
+}
+
+/// Goal: a second cause is told though errors of the first one's form would explain its rest, too. Set-up: a lag and an offset, of which the
+/// linear promise leaves more than noise. Reference: what was put in, by another solver.
+#[test]
+#[ignore = "long: a diagnosis"]
+fn an_offset_beside_a_lag_is_no_matter_of_the_lags_form() {
+    let d = directory();
+    let found = diagnose("data/practice/lag-and-offset", d.path());
+    let text = &found["verdict"]["text"];
+    assert_eq!(found["verdict"]["effects"], serde_json::json!(["load_cell_lag", "offset"]), "{text}");
+}
+
 /// Goal: an effect that the plain fit imitates is found. Set-up: the plain model spends both of its branches on a slow third one's relaxation,
 /// where one more of that kind scores the wrong way; from another start the load cell's drift explains most of the gap, and what looks like
 /// that where it ended is asked. Reference: what was put in, by another solver.

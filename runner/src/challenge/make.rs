@@ -125,9 +125,9 @@ pub struct Made {
 }
 
 /// Times that a case which cannot be simulated is drawn again before the maker gives up.
-const ATTEMPTS: u64 = 8;
+pub const ATTEMPTS: u64 = 8;
 /// Times that one is drawn whose causes should be visible: of pairs, one in thirteen is.
-const VISIBLE_ATTEMPTS: u64 = 100;
+pub const VISIBLE_ATTEMPTS: u64 = 100;
 /// Largest part of the largest force that the time steps may change: a fifth of the gap that matters. Of most cases it is a thousandth; the
 /// others are computed with shorter steps.
 pub const LARGEST_ERROR_OF_STEPS: f64 = 2e-3;

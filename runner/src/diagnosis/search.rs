@@ -11,9 +11,9 @@
 //! -> those that compete are carried on to their minima
 //! -> while no single one of these leaves noise, as it is or in another form, unless the gap is then told as one that does not matter:
 //! quick: all others
+//! then: what explains nothing from its other starts, and what explains little on its other side
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
 //! the next best, too, until a pair leaves noise; the best with the next best; no pair where a single effect in some form is as likely
-//! -> where none explains the gap, what explains nothing from its other starts, and what explains little on its other side
 //! ```
 
 use super::confirming::{Refit, excess, most_left, refit};
@@ -160,22 +160,20 @@ impl Search<'_> {
         let mut singles = vec![];
         self.settle(&found, &mut singles, say)?;
         // Two effects may imitate a third one: no pair ends the search.
-        if !rest.is_empty() && !self.is_negligible && !singles.iter().any(needs_no_other) {
+        let is_open = |singles: &[Refit]| !self.is_negligible && !singles.iter().any(needs_no_other);
+        if !rest.is_empty() && is_open(&singles) {
             for beginnings in rest {
                 found.extend(self.begin(beginnings, say)?);
             }
             self.begin_elsewhere(&mut found, say)?;
             self.settle(&found, &mut singles, say)?;
         }
-        let mut pairs = vec![];
-        self.find_pairs(&mut singles, &mut pairs, say)?;
-        // What leaves a rest that may be a matter of its form is an answer unless something else is the better one.
-        let is_explained = singles.iter().chain(&pairs).any(|r| r.meets_data(&self.thresholds));
-        if !is_explained && !self.is_negligible && self.begin_again(&mut found, say)? {
+        if is_open(&singles) && self.begin_again(&mut found, say)? {
             self.begin_elsewhere(&mut found, say)?;
             self.settle(&found, &mut singles, say)?;
-            self.find_pairs(&mut singles, &mut pairs, say)?;
         }
+        let mut pairs = vec![];
+        self.find_pairs(&mut singles, &mut pairs, say)?;
         singles.extend(pairs);
         Ok(singles)
     }
@@ -305,8 +303,9 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// What explains nothing from where it began is begun from its other starts, all of them; what explains less than half of the gap, on
-    /// the other side: a promise is linear, and may have the wrong sign. Whether there was any of these.
+    /// What explains nothing from where it began is begun from its other starts, all of them: the plain fit may imitate what another effect
+    /// then explains but for a rest. What explains less than half of the gap, on the other side: a promise is linear, and may have the wrong
+    /// sign. Whether there was any of these.
     fn begin_again(
         &self,
         found: &mut [(Refit, VecDeque<Beginning>)],
