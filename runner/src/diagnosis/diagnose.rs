@@ -122,7 +122,7 @@ pub fn diagnose(
 ) -> Result<Findings, DiagnosisError> {
     let Given { sample_height_m, declared } = given;
     let unknowns = &starts.unknowns;
-    let others = starts.hidden.as_slice();
+    let (others, further) = (starts.hidden.as_slice(), &starts.further[..]);
     let observations = computable(engine, observations, unknowns, sample_height_m)?;
     let setup = Setup::new(engine, &observations, unknowns);
     let weights = Weights::default();
@@ -131,7 +131,15 @@ pub fn diagnose(
     effects.extend_from_slice(declared);
     let candidates = Candidate::of(&effects, &names);
     let effect_count = effects.len();
-    let asked = |noise| Asked { setup, others, candidates: &candidates, rivals: effect_count, noise, effort };
+    let asked = |noise| Asked {
+        setup,
+        others,
+        further,
+        candidates: &candidates,
+        rivals: effect_count,
+        noise,
+        effort,
+    };
     // The error of the simulation is that of the fitted material, which the start may be far from.
     let coarser = Twin::coarser(setup, &candidates);
     let stand_in = Twin::setup_or(coarser.as_ref(), setup);

@@ -22,6 +22,8 @@ pub(super) struct Asked<'a> {
     pub setup: Setup<'a>,
     /// Where fits with effects start, besides the plain fit.
     pub others: &'a [Vec<f64>],
+    /// Starts of the plain model that are looked at where nothing else explains the gap.
+    pub further: &'a [Vec<f64>],
     pub candidates: &'a [Candidate],
     /// Number of effects that they are forms of.
     pub rivals: usize,
@@ -116,6 +118,7 @@ impl Asked<'_> {
             let &Self {
                 setup,
                 others,
+                further,
                 candidates,
                 rivals,
                 noise,
@@ -141,6 +144,7 @@ impl Asked<'_> {
             let search = Search {
                 setup: stand_in,
                 elsewhere,
+                further,
                 candidates,
                 rivals,
                 screened: &round.screened,

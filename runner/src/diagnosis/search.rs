@@ -11,9 +11,10 @@
 //! -> those that compete are carried on to their minima
 //! -> while no single one of these leaves noise, as it is or in another form, unless the gap is then told as one that does not matter:
 //! quick: all others
-//! then: what explains nothing from its other starts, and what explains little on its other side
+//! then: what promises most at the further starts of the plain model, from there, until one needs no other
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
 //! the next best, too, until a pair leaves noise; the best with the next best; no pair where a single effect in some form is as likely
+//! -> where none explains the gap, what explains nothing from its other starts, and what explains little on its other side
 //! ```
 
 use super::confirming::{Refit, excess, most_left, refit};
@@ -38,6 +39,8 @@ const OUTDONE: f64 = 0.25;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;
+/// So many effects are begun from a further start of the plain model: those that look like a slow branch are three.
+const MOST_FURTHER: usize = 3;
 /// A rough fit with more than this chi^2 per point misses the data, however it is polished.
 const MISSES_DATA: f64 = 1.3;
 /// A rough fit that leaves more than so many times what an answer may leave is none, however it is polished.
@@ -69,6 +72,8 @@ pub struct Search<'a> {
     pub setup: Setup<'a>,
     /// The plain model where fits start, besides its fit.
     pub elsewhere: &'a [Elsewhere<'a>],
+    /// Further starts of the plain model, which are looked at where nothing explains all of the gap.
+    pub further: &'a [Vec<f64>],
     /// What was asked about.
     pub candidates: &'a [Candidate],
     /// Number of effects that they are forms of.
@@ -168,12 +173,18 @@ impl Search<'_> {
             self.begin_elsewhere(&mut found, say)?;
             self.settle(&found, &mut singles, say)?;
         }
-        if is_open(&singles) && self.begin_again(&mut found, say)? {
-            self.begin_elsewhere(&mut found, say)?;
+        if is_open(&singles) && self.begin_further(&mut found, say)? {
             self.settle(&found, &mut singles, say)?;
         }
         let mut pairs = vec![];
         self.find_pairs(&mut singles, &mut pairs, say)?;
+        // What leaves a rest that may be a matter of its form is an answer unless something else is the better one.
+        let is_explained = singles.iter().chain(&pairs).any(|r| r.meets_data(&self.thresholds));
+        if !is_explained && !self.is_negligible && self.begin_again(&mut found, say)? {
+            self.begin_elsewhere(&mut found, say)?;
+            self.settle(&found, &mut singles, say)?;
+            self.find_pairs(&mut singles, &mut pairs, say)?;
+        }
         singles.extend(pairs);
         Ok(singles)
     }
@@ -303,9 +314,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// What explains nothing from where it began is begun from its other starts, all of them: the plain fit may imitate what another effect
-    /// then explains but for a rest. What explains less than half of the gap, on the other side: a promise is linear, and may have the wrong
-    /// sign. Whether there was any of these.
+    /// What explains nothing from where it began is begun from its other starts, all of them; what explains less than half of the gap, on
+    /// the other side: a promise is linear, and may have the wrong sign. Whether there was any of these.
     fn begin_again(
         &self,
         found: &mut [(Refit, VecDeque<Beginning>)],
@@ -324,6 +334,33 @@ impl Search<'_> {
             {
                 is_begun = true;
                 replace_if_better(refit, self.refit_single(refit.members[0], start, say)?);
+            }
+        }
+        Ok(is_begun)
+    }
+
+    /// What promises most at the further starts of the plain model is begun from there where it has gained less, until one needs no other.
+    /// Whether there was any.
+    fn begin_further(
+        &self,
+        found: &mut [(Refit, VecDeque<Beginning>)],
+        say: &mut dyn FnMut(String),
+    ) -> Result<bool, DiagnosisError> {
+        let mut is_begun = false;
+        for x in self.further {
+            let Some(there) = Elsewhere::at(self.setup, self.covariance, self.plain, x)? else { continue };
+            let mut all: Vec<Beginning> = self.shown.iter().map(|s| self.beginning_at(&there, s)).collect();
+            all.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
+            for at in all.into_iter().take(MOST_FURTHER) {
+                let own = found.iter_mut().find(|(refit, _)| refit.members == [at.promise.candidate]);
+                let Some((refit, _)) = own.filter(|(refit, _)| refit.gain < at.promise.gain) else {
+                    continue;
+                };
+                is_begun = true;
+                replace_if_better(refit, self.begun(&at, say)?);
+            }
+            if leader(found).is_some_and(|best| self.needs_no_other(best, self.thresholds.inadequate)) {
+                break;
             }
         }
         Ok(is_begun)
