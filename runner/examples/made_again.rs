@@ -8,12 +8,12 @@
 //! what is there is kept. Cases that are not counted, and batches of mixed kinds, are left out.
 
 use runner::challenge::by_maker::{ByMaker, SHORT_STEPS};
-use runner::challenge::draw::{Drawn, Kind, again, draw};
-use runner::challenge::key::{CASES, CONTENT, Key, SEAL, Secret, Solution, hash, sealed};
-use runner::challenge::make::{ATTEMPTS, LARGEST_ERROR_OF_STEPS, VISIBLE_ATTEMPTS};
-use runner::challenge::noise::{csv, measured_n};
+use runner::challenge::draw::{Drawn, Kind, and_others, draw};
+use runner::challenge::key::{CONTENT, Key, Secret, Solution};
+use runner::challenge::make::{ATTEMPTS, LARGEST_ERROR_OF_STEPS, VISIBLE_ATTEMPTS, files, write_sealed};
 use runner::challenge::score::{Batch, Line, Table};
 use runner::challenge::simulate::{Source, tests};
+use runner::output::write_file;
 use std::path::Path;
 
 type Error = Box<dyn std::error::Error>;
@@ -34,21 +34,13 @@ fn main() -> Result<(), Error> {
 
 /// The draws of a batch that were taken, by their names.
 fn taken(batch: &Batch) -> Vec<Drawn> {
+    let &Batch { seed, ground, ref ids, .. } = batch;
     let kinds = [Kind::Null, Kind::Single, Kind::Pair, Kind::Outside, Kind::Weak];
-    let replacements = |of: Drawn| {
-        let further =
-            (0..=ATTEMPTS).map(move |k| if k == 0 { of.clone() } else { again(&of, k, batch.ground) });
-        further.collect::<Vec<_>>()
-    };
-    let all = kinds.into_iter().flat_map(|kind| draw(batch.seed, batch.ids.len(), &[kind], batch.ground));
-    let draws = all.flat_map(|case| {
-        (0..VISIBLE_ATTEMPTS).flat_map(move |k| match k {
-            0 => replacements(case.clone()),
-            _ => replacements(again(&case, k * (ATTEMPTS + 1), batch.ground)),
-        })
-    });
+    let all = kinds.into_iter().flat_map(|kind| draw(seed, ids.len(), &[kind], ground));
+    let chosen = all.flat_map(|case| and_others(&case, ATTEMPTS + 1, ground).take(VISIBLE_ATTEMPTS as usize));
+    let draws = chosen.flat_map(|case| and_others(&case, 1, ground).take(ATTEMPTS as usize + 1));
     let mut found: Vec<Drawn> = vec![];
-    for drawn in draws.filter(|drawn| batch.ids.contains(&drawn.id)) {
+    for drawn in draws.filter(|drawn| ids.contains(&drawn.id)) {
         if !found.iter().any(|other| other.id == drawn.id) {
             found.push(drawn);
         }
@@ -70,27 +62,18 @@ fn make(maker: &ByMaker, batch: &Batch, lines: &[Line], folder: &Path) -> Result
         if maker.error_of_steps(material, causes, &tests, &readings_n, 1.0)? > LARGEST_ERROR_OF_STEPS {
             readings_n = of_tolerance(SHORT_STEPS)?.remove(0);
         }
-        for (test, measured) in tests.iter().zip(&measured_n(&drawn, &tests, &readings_n)) {
-            let path = folder.join(CASES).join(&drawn.id);
-            std::fs::create_dir_all(&path)?;
-            std::fs::write(path.join(format!("{}.csv", test.name)), csv(test, measured))?;
+        for (path, text) in files(folder, &drawn, &tests, &readings_n) {
+            write_file(&path, text.as_bytes())?;
         }
         let seen = |value: Option<f64>| value.map_or(vec![], |value| vec![value; causes.len()]);
-        cases.push(Solution {
-            effects: causes.iter().filter_map(|c| c.effect().map(str::to_owned)).collect(),
-            visibility: seen(line.visibility),
-            gap_percent: seen(line.gap_percent),
-            truth_mn: readings_n.iter().map(|r| r.iter().map(|f| f * 1e3).collect()).collect(),
-            drawn,
-        });
+        let (visibility, gap_percent) = (seen(line.visibility), seen(line.gap_percent));
+        cases.push(Solution::new(drawn, visibility, gap_percent, &readings_n));
     }
     eprintln!("{}: {} of {} cases", batch.seed, cases.len(), batch.ids.len());
     let (schema, &Batch { seed, ground, cycles, .. }) = (CONTENT.to_owned(), batch);
     let key = Key { schema, seed, ground, cycles, cases, replaced: vec![] };
     let secret = Secret::random();
-    let bytes = sealed(&key, &secret).ok_or("the key cannot be sealed")?;
-    std::fs::write(folder.with_extension("key.json"), &bytes)?;
-    std::fs::write(folder.join(SEAL), format!("{}\n", hash(&bytes)))?;
-    std::fs::write(folder.with_extension("secret"), format!("{}\n", secret.text()))?;
+    write_sealed(&key, &secret, &folder.with_extension("key.json"), folder)?;
+    write_file(&folder.with_extension("secret"), format!("{}\n", secret.text()).as_bytes())?;
     Ok(())
 }

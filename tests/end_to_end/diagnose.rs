@@ -183,14 +183,20 @@ fn what_does_not_matter_accuses_nothing_that_is_not_confirmed() {
     assert!(verdict["kind"] == "no gap" && verdict["is_immaterial"] == true, "{}", verdict["text"]);
 }
 
+/// That a quick diagnosis of these tests names these effects.
+fn assert_named(tests: &str, effects: &[&str]) {
+    let d = directory();
+    let found = diagnose(tests, d.path());
+    let verdict = &found["verdict"];
+    assert_eq!(verdict["effects"], serde_json::json!(effects), "{}", verdict["text"]);
+}
+
 /// Goal: an effect is found whose promise has the wrong sign. Set-up: the surface lies 0.03 mm deeper than recorded; at the plain fit a higher
 /// one promises a little. Reference: what was put in, by another solver.
 #[test]
 #[ignore = "long: a diagnosis"]
 fn a_surface_that_is_deeper_than_recorded_is_found() {
-    let d = directory();
-    let found = diagnose("data/practice/deep-surface", d.path());
-    assert_eq!(found["verdict"]["effects"], serde_json::json!(["offset"]), "{}", found["verdict"]["text"]);
+    assert_named("data/practice/deep-surface", &["offset"]);
 }
 
 /// Goal: what leaves a rest ends no search. Set-up: a slow third branch whose own refit gains nothing from the plain fit; softening leaves a rest
@@ -198,10 +204,7 @@ fn a_surface_that_is_deeper_than_recorded_is_found() {
 #[test]
 #[ignore = "long: a diagnosis"]
 fn a_slow_branch_that_looks_like_softening_is_found() {
-    let d = directory();
-    let found = diagnose("data/practice/branch-like-softening", d.path());
-    let text = &found["verdict"]["text"];
-    assert_eq!(found["verdict"]["effects"], serde_json::json!(["third_branch"]), "{text}");
+    assert_named("data/practice/branch-like-softening", &["third_branch"]);
 }
 
 /// Goal: a second cause is told though errors of the first one's form would explain its rest, too. Set-up: a lag and an offset, of which the
@@ -209,10 +212,7 @@ fn a_slow_branch_that_looks_like_softening_is_found() {
 #[test]
 #[ignore = "long: a diagnosis"]
 fn an_offset_beside_a_lag_is_no_matter_of_the_lags_form() {
-    let d = directory();
-    let found = diagnose("data/practice/lag-and-offset", d.path());
-    let text = &found["verdict"]["text"];
-    assert_eq!(found["verdict"]["effects"], serde_json::json!(["load_cell_lag", "offset"]), "{text}");
+    assert_named("data/practice/lag-and-offset", &["load_cell_lag", "offset"]);
 }
 
 /// Goal: an effect that the plain fit imitates is found. Set-up: the plain model spends both of its branches on a slow third one's relaxation,

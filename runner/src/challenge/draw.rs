@@ -58,6 +58,12 @@ pub fn again(case: &Drawn, attempt: u64, ground: Ground) -> Drawn {
     one(case.kind, ground, &mut Random::new(case.noise.seed.wrapping_add(attempt)))
 }
 
+/// A case, then others of its kind in place of it: every `stride`-th.
+pub fn and_others(case: &Drawn, stride: u64, ground: Ground) -> impl Iterator<Item = Drawn> + use<> {
+    let case = case.clone();
+    std::iter::once(case.clone()).chain((1..).map(move |k| again(&case, k * stride, ground)))
+}
+
 /// As many of each kind as its share among the wanted ones says, the rest of the first of them.
 fn kinds(cases: usize, wanted: &[Kind]) -> Vec<Kind> {
     let shares = || SHARES.iter().filter(|(kind, _)| wanted.is_empty() || wanted.contains(kind));

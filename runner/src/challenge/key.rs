@@ -64,6 +64,13 @@ pub struct Solution {
 pub const VISIBLE: f64 = 6.0;
 
 impl Solution {
+    /// Of a draw, what can be seen of its causes, and the reading without noise, test by test (N).
+    pub fn new(drawn: Drawn, visibility: Vec<f64>, gap_percent: Vec<f64>, readings_n: &[Vec<f64>]) -> Self {
+        let effects = drawn.causes.iter().filter_map(|c| c.effect().map(str::to_owned)).collect();
+        let truth_mn = readings_n.iter().map(|r| r.iter().map(|f| f * 1e3).collect()).collect();
+        Self { drawn, effects, visibility, gap_percent, truth_mn }
+    }
+
     /// Reading without noise, test by test (N).
     pub fn truth_n(&self) -> Vec<Vec<f64>> {
         self.truth_mn.iter().map(|test| test.iter().map(|f| f * 1e-3).collect()).collect()

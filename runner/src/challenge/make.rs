@@ -2,7 +2,7 @@
 
 use super::by_engine::ByEngine;
 use super::by_maker::{ByMaker, SHORT_STEPS};
-use super::draw::{Drawn, Kind, again, draw};
+use super::draw::{Drawn, Kind, again, and_others, draw};
 use super::ground::Ground;
 use super::key::{CASES, CONTENT, Key, Replaced, SEAL, Secret, Solution, hash, sealed};
 use super::noise::{csv, measured_n};
@@ -156,8 +156,7 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
         let chosen = plan.visible && matches!(drawn.kind, Kind::Single | Kind::Pair);
         let attempts = if chosen { VISIBLE_ATTEMPTS } else { ATTEMPTS };
         // Draws of one case are apart from each other's further ones.
-        let mut draws = (0..attempts)
-            .map(|k| if k == 0 { drawn.clone() } else { again(&drawn, k * (ATTEMPTS + 1), plan.ground) });
+        let mut draws = and_others(&drawn, ATTEMPTS + 1, plan.ground).take(attempts as usize);
         let solution = loop {
             let Some(drawn) = draws.next() else {
                 return Err(MakeError::NoDraw { number: number + 1, attempts });
@@ -179,14 +178,31 @@ pub fn make(engine: &Engine, plan: &Plan, say: &mut dyn FnMut(String)) -> Result
     let (schema, ground, replacements) = (CONTENT.to_owned(), plan.ground, replaced.len());
     let key = Key { schema, seed: plan.seed, ground, cycles: plan.cycles, cases, replaced };
     let secret = Secret::random();
-    let bytes = marked(plan.key, &sealed(&key, &secret).ok_or(MakeError::Seal)?).into_owned();
-    write_file(plan.key, &bytes)?;
-    write_file(&plan.out.join(SEAL), format!("{}\n", hash(&bytes)).as_bytes())?;
+    write_sealed(&key, &secret, plan.key, plan.out)?;
     Ok(Made { secret, replaced: replacements })
 }
 
+/// Writes a key that the secret opens to `file`, and its hash beside the cases in `out`.
+///
+/// # Errors
+/// When it cannot be sealed or written.
+pub fn write_sealed(key: &Key, secret: &Secret, file: &Path, out: &Path) -> Result<(), MakeError> {
+    let bytes = marked(file, &sealed(key, secret).ok_or(MakeError::Seal)?).into_owned();
+    write_file(file, &bytes)?;
+    write_file(&out.join(SEAL), format!("{}\n", hash(&bytes)).as_bytes())?;
+    Ok(())
+}
+
 /// Paths of a case's files and what is to be in them.
-type Files = Vec<(PathBuf, String)>;
+pub type Files = Vec<(PathBuf, String)>;
+
+/// The files of a case in a challenge's folder, of readings without noise (N).
+pub fn files(out: &Path, drawn: &Drawn, tests: &[Test; 2], readings_n: &[Vec<f64>]) -> Files {
+    let folder = out.join(CASES).join(&drawn.id);
+    let measured_n = measured_n(drawn, tests, readings_n);
+    let file = |(test, n): (&Test, &Vec<Vec<f64>>)| (folder.join(format!("{}.csv", test.name)), csv(test, n));
+    tests.iter().zip(&measured_n).map(file).collect()
+}
 
 /// A challenge that is being made.
 struct Maker<'a> {
@@ -200,14 +216,13 @@ struct Maker<'a> {
 impl Maker<'_> {
     /// The case, or another one of its kind where some material and causes together are beyond what the mesh can follow.
     fn computable(&mut self, drawn: &Drawn) -> Result<(Solution, Files), MakeError> {
-        let mut next = drawn.clone();
-        for attempt in 1..=ATTEMPTS {
+        let ground = self.plan.ground;
+        for next in and_others(drawn, 1, ground).take(ATTEMPTS as usize) {
             if let Some(made) = self.or_replaced(&next, self.one(next.clone(), 1.0))? {
                 return Ok(made);
             }
-            next = again(drawn, attempt, self.plan.ground);
         }
-        self.one(next, 1.0)
+        self.one(again(drawn, ATTEMPTS, ground), 1.0)
     }
 
     /// The case with a force that does not depend on the time steps, which are shortened where it does; a draw whose force does not settle
@@ -265,9 +280,7 @@ impl Maker<'_> {
             _ => self.oracle(&drawn, &measurements)?.seen(&changes)?,
         };
         let (visibility, gap_percent) = seen.iter().map(|s| (s.score, s.gap_percent)).unzip();
-        let effects = drawn.causes.iter().filter_map(|c| c.effect().map(str::to_owned)).collect();
-        let truth_mn = readings[0].iter().map(|r| r.iter().map(|f| f * 1e3).collect()).collect();
-        Ok((Solution { drawn, effects, visibility, gap_percent, truth_mn }, files))
+        Ok((Solution::new(drawn, visibility, gap_percent, &readings[0]), files))
     }
 
     fn oracle(&self, drawn: &Drawn, measurements: &[Measurement]) -> Result<Oracle<'_>, MakeError> {
@@ -280,14 +293,9 @@ impl Maker<'_> {
         drawn: &Drawn,
         readings_n: &[Vec<f64>],
     ) -> Result<(Files, Vec<Measurement>), MakeError> {
-        let folder = self.plan.out.join(CASES).join(&drawn.id);
-        let (mut files, mut measurements) = (Files::new(), Vec::new());
-        for (test, measured) in self.tests.iter().zip(&measured_n(drawn, &self.tests, readings_n)) {
-            let path = folder.join(format!("{}.csv", test.name));
-            let text = csv(test, measured);
-            measurements.push(read_str(&text, &path, Wanted::MotionAndForce)?);
-            files.push((path, text));
-        }
+        let files = files(self.plan.out, drawn, &self.tests, readings_n);
+        let measurements = files.iter().map(|(path, text)| read_str(text, path, Wanted::MotionAndForce));
+        let measurements = measurements.collect::<Result<_, _>>()?;
         Ok((files, measurements))
     }
 

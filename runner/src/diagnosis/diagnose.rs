@@ -122,7 +122,6 @@ pub fn diagnose(
 ) -> Result<Findings, DiagnosisError> {
     let Given { sample_height_m, declared } = given;
     let unknowns = &starts.unknowns;
-    let (others, further) = (starts.hidden.as_slice(), &starts.further[..]);
     let observations = computable(engine, observations, unknowns, sample_height_m)?;
     let setup = Setup::new(engine, &observations, unknowns);
     let weights = Weights::default();
@@ -131,15 +130,7 @@ pub fn diagnose(
     effects.extend_from_slice(declared);
     let candidates = Candidate::of(&effects, &names);
     let effect_count = effects.len();
-    let asked = |noise| Asked {
-        setup,
-        others,
-        further,
-        candidates: &candidates,
-        rivals: effect_count,
-        noise,
-        effort,
-    };
+    let asked = |noise| Asked { setup, starts, candidates: &candidates, rivals: effect_count, noise, effort };
     // The error of the simulation is that of the fitted material, which the start may be far from.
     let coarser = Twin::coarser(setup, &candidates);
     let stand_in = Twin::setup_or(coarser.as_ref(), setup);
@@ -147,9 +138,9 @@ pub fn diagnose(
     let points: usize = observations.iter().map(|o| o.time_s.len()).sum();
     let mut least = f64::INFINITY;
     let mut start = unknowns.start().to_vec();
-    let mut starts = starts.all();
+    let mut untried = starts.all();
     while least > MEETS * points as f64
-        && let Some(from) = starts.next()
+        && let Some(from) = untried.next()
     {
         if let Some((end, chi_square)) = asked(&rough).plain_end(stand_in, (from, least), say)? {
             (start, least) = (end, chi_square);
@@ -160,7 +151,7 @@ pub fn diagnose(
     let mut round = asked.look(asked.plain(&start, say)?, say)?;
     // What no start closes is a gap.
     while round.has_gap(effort.thresholds.significant)
-        && let Some(from) = starts.next()
+        && let Some(from) = untried.next()
     {
         let below = round.plain.solution.chi_square - LOWER;
         if let Some(lower) = asked.lower_plain(&round.plain, (from, below), say)? {

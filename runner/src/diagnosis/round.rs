@@ -4,6 +4,7 @@ use super::confirming::{Refit, whole};
 use super::diagnose::{DiagnosisError, Effort};
 use super::gap::percent_beside_known_errors;
 use super::location::{Spot, spots};
+use super::plain_start::PlainStarts;
 use super::screening::{Failed, Family, Screened, Screening};
 use super::search::Search;
 use super::something_else::{SomethingElse, something_else};
@@ -20,10 +21,8 @@ use nalgebra::DVector;
 /// What is asked, whatever the plain model's fit.
 pub(super) struct Asked<'a> {
     pub setup: Setup<'a>,
-    /// Where fits with effects start, besides the plain fit.
-    pub others: &'a [Vec<f64>],
-    /// Starts of the plain model that are looked at where nothing else explains the gap.
-    pub further: &'a [Vec<f64>],
+    /// Where fits of the plain model start, and fits with effects besides the plain fit.
+    pub starts: &'a PlainStarts,
     pub candidates: &'a [Candidate],
     /// Number of effects that they are forms of.
     pub rivals: usize,
@@ -117,8 +116,7 @@ impl Asked<'_> {
         if round.has_gap(self.effort.thresholds.significant) {
             let &Self {
                 setup,
-                others,
-                further,
+                starts,
                 candidates,
                 rivals,
                 noise,
@@ -129,8 +127,10 @@ impl Asked<'_> {
             let (plain, gap, covariance) = (&round.plain, &round.something_else, &noise.covariance);
             let coarser = coarser_at(setup, candidates, plain)?;
             let stand_in = Twin::setup_or(coarser.as_ref(), setup);
-            let elsewhere =
-                others.iter().filter_map(|x| Elsewhere::at(stand_in, covariance, plain, x).transpose());
+            let elsewhere = starts
+                .hidden
+                .iter()
+                .filter_map(|x| Elsewhere::at(stand_in, covariance, plain, x).transpose());
             let elsewhere = elsewhere.collect::<Result<Vec<_>, _>>()?;
             let may_show = |s: &&Screened| {
                 let candidate = &candidates[s.candidate];
@@ -144,7 +144,7 @@ impl Asked<'_> {
             let search = Search {
                 setup: stand_in,
                 elsewhere,
-                further,
+                further: &starts.further,
                 candidates,
                 rivals,
                 screened: &round.screened,

@@ -50,6 +50,12 @@ fn leader<'a>(found: &'a [(Refit, VecDeque<Beginning>)]) -> Option<&'a Refit> {
     found.iter().map(|(refit, _)| refit).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
 }
 
+/// What promises most first.
+fn most_promising_first(mut beginnings: Vec<Beginning>) -> Vec<Beginning> {
+    beginnings.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
+    beginnings
+}
+
 /// Puts another refit of the same effects in the place of one that gains less.
 fn replace_if_better(refit: &mut Refit, other: Option<Refit>) {
     if let Some(other) = other.filter(|other| other.gain > refit.gain) {
@@ -220,12 +226,9 @@ impl Search<'_> {
             is_at_fit: true,
             ..self.beginning(s, fit, (&plain.linear, &plain.covariance))
         };
-        let mut points = vec![self.shown.iter().map(at_fit).collect::<Vec<_>>()];
-        for there in self.elsewhere {
-            points.push(self.shown.iter().map(|s| self.beginning_at(there, s)).collect());
-        }
+        let mut points = vec![most_promising_first(self.shown.iter().map(at_fit).collect())];
+        points.extend(self.elsewhere.iter().map(|there| self.beginnings_at(there)));
         for point in &mut points {
-            point.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
             point.iter_mut().enumerate().for_each(|(rank, beginning)| beginning.rank = rank);
         }
         // Stable: of equal ranks that at the plain fit comes first.
@@ -349,9 +352,7 @@ impl Search<'_> {
         let mut is_begun = false;
         for x in self.further {
             let Some(there) = Elsewhere::at(self.setup, self.covariance, self.plain, x)? else { continue };
-            let mut all: Vec<Beginning> = self.shown.iter().map(|s| self.beginning_at(&there, s)).collect();
-            all.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
-            for at in all.into_iter().take(MOST_FURTHER) {
+            for at in self.beginnings_at(&there).into_iter().take(MOST_FURTHER) {
                 let own = found.iter_mut().find(|(refit, _)| refit.members == [at.promise.candidate]);
                 let Some((refit, _)) = own.filter(|(refit, _)| refit.gain < at.promise.gain) else {
                     continue;
@@ -375,6 +376,11 @@ impl Search<'_> {
         let size = -refit.sizes(self.candidates)[0].signum();
         let x = self.elsewhere.first().map_or(self.plain.x(), |there| there.x);
         self.start(x, &[(refit.members[0], size)]).map(Some)
+    }
+
+    /// Where each effect's refit may begin elsewhere than at the plain fit, what promises most there first.
+    fn beginnings_at<'b>(&self, there: &Elsewhere<'b>) -> Vec<Beginning<'b>> {
+        most_promising_first(self.shown.iter().map(|s| self.beginning_at(there, s)).collect())
     }
 
     /// Where an effect's refit may begin elsewhere than at the plain fit.
