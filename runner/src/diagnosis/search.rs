@@ -11,7 +11,7 @@
 //! -> those that compete are carried on to their minima
 //! -> while no single one of these leaves noise, as it is or in another form, unless the gap is then told as one that does not matter:
 //! quick: all others
-//! then: what promises most at the further starts of the plain model, from there, until one needs no other
+//! then: what promises decidedly more than the best gains at the further starts of the plain model, from there, until one needs no other
 //! -> the best of them together with what its rest shows, where it shows something, and what that shows with what its own rest shows;
 //! the next best, too, until a pair leaves noise; the best with the next best; no pair where a single effect in some form is as likely
 //! -> where none explains the gap, what explains nothing from its other starts, and what explains little on its other side
@@ -179,7 +179,7 @@ impl Search<'_> {
             self.begin_elsewhere(&mut found, say)?;
             self.settle(&found, &mut singles, say)?;
         }
-        if is_open(&singles) && self.begin_further(&mut found, say)? {
+        if !self.is_negligible && self.begin_further(&mut found, say)? {
             self.settle(&found, &mut singles, say)?;
         }
         let mut pairs = vec![];
@@ -342,23 +342,33 @@ impl Search<'_> {
         Ok(is_begun)
     }
 
-    /// What promises most at the further starts of the plain model is begun from there where it has gained less, until one needs no other.
-    /// Whether there was any.
-    fn begin_further(
-        &self,
-        found: &mut [(Refit, VecDeque<Beginning>)],
+    /// What promises most at the further starts of the plain model is begun from there where it has gained less and may lead what leads by
+    /// then by more than decides, until one needs no other. Whether there was any.
+    fn begin_further<'b>(
+        &'b self,
+        found: &mut Vec<(Refit, VecDeque<Beginning<'b>>)>,
         say: &mut dyn FnMut(String),
     ) -> Result<bool, DiagnosisError> {
         let mut is_begun = false;
         for x in self.further {
+            let least = self.thresholds.decisive + leader(found).map_or(0.0, |best| best.gain);
+            // No promise is more than the whole gap.
+            if least > excess(self.plain) {
+                break;
+            }
             let Some(there) = Elsewhere::at(self.setup, self.covariance, self.plain, x)? else { continue };
             for at in self.beginnings_at(&there).into_iter().take(MOST_FURTHER) {
                 let own = found.iter_mut().find(|(refit, _)| refit.members == [at.promise.candidate]);
-                let Some((refit, _)) = own.filter(|(refit, _)| refit.gain < at.promise.gain) else {
+                let gained = own.as_ref().map_or(0.0, |(refit, _)| refit.gain);
+                if at.promise.gain <= least.max(gained) {
                     continue;
-                };
+                }
                 is_begun = true;
-                replace_if_better(refit, self.begun(&at, say)?);
+                let begun = self.begun(&at, say)?;
+                match own {
+                    Some((refit, _)) => replace_if_better(refit, begun),
+                    None => found.extend(begun.map(|refit| (refit, VecDeque::new()))),
+                }
             }
             if leader(found).is_some_and(|best| self.needs_no_other(best, self.thresholds.inadequate)) {
                 break;
