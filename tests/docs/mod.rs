@@ -149,6 +149,28 @@ fn every_mark_is_known_and_has_its_reason() {
     }
 }
 
+/// A script of this repository that a block calls is one that a shell can run, though nobody runs the block.
+#[test]
+fn scripts_that_blocks_call_can_be_run() {
+    use std::os::unix::fs::PermissionsExt;
+    let mut seen = 0;
+    for page in pages() {
+        for block in blocks(&std::fs::read_to_string(repository(&page)).unwrap()) {
+            let programs = block.code.lines().filter_map(|line| line.split_whitespace().next());
+            let of_ours =
+                |program: &&str| ["tests/", "runner/", "data/"].iter().any(|f| program.starts_with(f));
+            for program in programs.filter(of_ours) {
+                let place = format!("{page}, line {}: {program}", block.line);
+                let script = std::fs::read(repository(program)).unwrap_or_else(|e| panic!("{place}: {e}"));
+                let mode = std::fs::metadata(repository(program)).unwrap().permissions().mode();
+                assert!(mode & 0o100 != 0 && script.starts_with(b"#!"), "{place} is no program");
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen >= 2, "{seen}");
+}
+
 #[test]
 fn the_site_is_built_without_a_dead_link() {
     let folder = tempfile::tempdir().unwrap();

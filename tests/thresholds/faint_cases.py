@@ -1,6 +1,6 @@
 """Sixty cases of one cycle with a faint effect each, for `next_experiments`: P1 and P2 by poropunch at `standard`, with noise.
 
-    tests/thresholds/faint_cases.py OUT MOTIONS     MOTIONS: a folder with P1.csv and P2.csv, whose motions are used (data/practice/lag)
+    .venv/bin/python tests/thresholds/faint_cases.py OUT MOTIONS     MOTIONS: a folder with P1.csv and P2.csv, whose motions are used (data/practice/lag)
 
 OUT/truth.txt says what was put in.
 """

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """What the constants that decide an answer move: every case is diagnosed with each of them halved and doubled.
 
     tests/thresholds/study.py OUT CASE...      CASE: a folder with P1.csv and P2.csv

@@ -2,7 +2,7 @@
 
 use super::confirming::Refit;
 use super::diagnose::DiagnosisError;
-use super::promise::{Beginning, Beginnings, PROMISING};
+use super::promise::{Beginning, Beginnings, PROMISING, most_promising_first};
 use super::round::Elsewhere;
 use super::search::{Search, keep_better};
 use std::collections::VecDeque;
@@ -90,8 +90,7 @@ impl Search<'_> {
         let does_as_well = |k: usize| refits.iter().any(|r| r.members == [k] && r.evidence >= enough);
         let others = self.screened.iter().filter(|s| s.candidate != own && !does_as_well(s.candidate));
         let like_it = others.filter(|s| there.signature(s).looks_like(&look));
-        let mut beginnings: Vec<Beginning> = like_it.map(|s| self.beginning_at(&there, s)).collect();
-        beginnings.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
+        let beginnings = most_promising_first(like_it.map(|s| self.beginning_at(&there, s)).collect());
         for at in beginnings.into_iter().take(if self.quick { QUICK_ALIKE } else { usize::MAX }) {
             self.begun(&at, say)?.into_iter().for_each(|found| keep_better(refits, found));
         }

@@ -20,16 +20,16 @@
 use super::confirming::{Refit, excess, most_left, refit};
 use super::diagnose::DiagnosisError;
 use super::looks::{Alike, QUICK_ALIKE};
-use super::promise::{Beginning, Beginnings, PROMISING, Promise};
-use super::round::{Elsewhere, linear_evidence};
+use super::promise::{Beginning, Beginnings, PROMISING};
+use super::round::Elsewhere;
 use super::screening::Screened;
 use super::something_else::SomethingElse;
 use super::thresholds::Thresholds;
 use crate::fit::{EvaluationFailure, IterationRecord};
+use crate::inference::Setup;
 use crate::inference::effect::{Candidate, is_continuous};
 use crate::inference::fit::{Depth, End, Fit, FitFailure, ROUGH};
 use crate::inference::rough::Trust;
-use crate::inference::{Linearised, Setup};
 use crate::noise::Covariance;
 use std::collections::VecDeque;
 
@@ -48,12 +48,6 @@ const NO_ANSWER: f64 = 2.0;
 /// The best so far.
 fn leader<'a>(found: &'a [(Refit, VecDeque<Beginning>)]) -> Option<&'a Refit> {
     found.iter().map(|(refit, _)| refit).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
-}
-
-/// What promises most first.
-fn most_promising_first(mut beginnings: Vec<Beginning>) -> Vec<Beginning> {
-    beginnings.sort_by(|a, b| b.promise.evidence.total_cmp(&a.promise.evidence));
-    beginnings
 }
 
 /// Puts another refit of the same effects in the place of one that gains less.
@@ -216,35 +210,6 @@ impl Search<'_> {
         refit.leaves_noise(probability) || self.is_a_matter_of_form(refit)
     }
 
-    /// Where each effect's refit begins, first where it ranks highest among the effects; those that rank highest come first. A plain
-    /// fit that misses much has moved its parameters to imitate what it lacks, and leaves of it what some other effect may explain
-    /// better; at the other starts nothing is imitated, but what is promised there is farther from the truth.
-    fn beginnings(&self) -> Vec<Beginnings<'_>> {
-        let plain = self.plain;
-        let fit = (plain.x(), plain.solution.chi_square);
-        let at_fit = |s: &&Screened| Beginning {
-            is_at_fit: true,
-            ..self.beginning(s, fit, (&plain.linear, &plain.covariance))
-        };
-        let mut points = vec![most_promising_first(self.shown.iter().map(at_fit).collect())];
-        points.extend(self.elsewhere.iter().map(|there| self.beginnings_at(there)));
-        for point in &mut points {
-            point.iter_mut().enumerate().for_each(|(rank, beginning)| beginning.rank = rank);
-        }
-        // Stable: of equal ranks that at the plain fit comes first.
-        let mut ranked: Vec<Beginning> = points.concat();
-        ranked.sort_by_key(|beginning| beginning.rank);
-        let mut all: Vec<Beginnings> = Vec::new();
-        for beginning in ranked {
-            let same = |b: &&mut Beginnings| b[0].promise.candidate == beginning.promise.candidate;
-            match all.iter_mut().find(same) {
-                Some(beginnings) => beginnings.push(beginning),
-                None => all.push(vec![beginning]),
-            }
-        }
-        all
-    }
-
     /// A refit goes on where it may be an answer.
     pub(super) fn where_it_may_be_an_answer(&self) -> Depth {
         let points = self.plain.gap_mn.len() as f64;
@@ -388,30 +353,6 @@ impl Search<'_> {
         self.start(x, &[(refit.members[0], size)]).map(Some)
     }
 
-    /// Where each effect's refit may begin elsewhere than at the plain fit, what promises most there first.
-    fn beginnings_at<'b>(&self, there: &Elsewhere<'b>) -> Vec<Beginning<'b>> {
-        most_promising_first(self.shown.iter().map(|s| self.beginning_at(there, s)).collect())
-    }
-
-    /// Where an effect's refit may begin elsewhere than at the plain fit.
-    pub(super) fn beginning_at<'b>(&self, there: &Elsewhere<'b>, s: &Screened) -> Beginning<'b> {
-        let Elsewhere { x, chi_square, tangent } = there;
-        self.beginning(s, (x, *chi_square), (&tangent.linear, &tangent.covariance))
-    }
-
-    /// Where an effect's refit may begin: at parameters where the plain model has a chi^2, and is linearised with a covariance.
-    fn beginning<'b>(
-        &self,
-        s: &Screened,
-        (x, chi_square): (&'b [f64], f64),
-        (linear, covariance): (&Linearised, &Covariance),
-    ) -> Beginning<'b> {
-        let promise = self.promise(s, linear, covariance);
-        // More than the whole gap cannot be gained.
-        let promise = Promise { gain: promise.gain.min(excess(self.plain)), ..promise };
-        Beginning { promise, rank: 0, is_at_fit: false, x, chi_square }
-    }
-
     /// Fits that are compared are converged: all whose evidence may still pass the best one's. Best first.
     fn carry_on(&self, refits: &mut [Refit], say: &mut dyn FnMut(String)) -> Result<(), DiagnosisError> {
         let by_evidence = |a: &Refit, b: &Refit| b.evidence.total_cmp(&a.evidence);
@@ -432,19 +373,6 @@ impl Search<'_> {
         }
         refits.sort_by(by_evidence);
         Ok(())
-    }
-
-    /// What an effect promises around a linearised model.
-    pub(super) fn promise(&self, s: &Screened, linear: &Linearised, covariance: &Covariance) -> Promise {
-        let signature = linear.signature(covariance, &s.change_mn);
-        let rest = &linear.residual;
-        Promise {
-            candidate: s.candidate,
-            magnitude: signature.magnitude(rest).0,
-            gain: signature.score(rest).powi(2),
-            evidence: linear_evidence(&self.candidates[s.candidate], &signature, rest),
-            giving_way: linear.giving_way(covariance, &s.change_mn).as_slice().to_vec(),
-        }
     }
 
     /// A refit with one effect, to its minimum at once where it may leave noise.
