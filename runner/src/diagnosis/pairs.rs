@@ -5,7 +5,7 @@ use super::diagnose::DiagnosisError;
 use super::looks::QUICK_ALIKE;
 use super::promise::{PROMISING, Promise};
 use super::screening::Screening;
-use super::search::{Search, keep_better};
+use super::search::{OUTDONE, Search, keep_better};
 use super::thresholds::Thresholds;
 use crate::fit::EvaluationFailure;
 use crate::inference::Signature;
@@ -34,9 +34,8 @@ impl Search<'_> {
         if singles.first().is_none_or(|best| best.leaves_noise(self.thresholds.significant)) {
             return Ok(());
         }
-        let is_noise = |pair: &Refit| pair.leaves_noise(self.thresholds.inadequate);
         for first in self.firsts(singles) {
-            if pairs.iter().any(is_noise) {
+            if self.any_leaves_noise(pairs) {
                 return Ok(());
             }
             let is_paired = pairs.iter().any(|pair| pair.members.contains(&first));
@@ -55,12 +54,16 @@ impl Search<'_> {
                 return Ok(());
             }
         }
-        if !pairs.iter().any(is_noise)
+        if !self.any_leaves_noise(pairs)
             && let Some(pair) = self.pair_of_best(singles, say)?
         {
             self.add_needed(pair, singles, pairs, say)?;
         }
         Ok(())
+    }
+
+    fn any_leaves_noise(&self, pairs: &[Refit]) -> bool {
+        pairs.iter().any(|pair| pair.leaves_noise(self.thresholds.inadequate))
     }
 
     /// Adds a pair where both of its effects are needed; says whether one of them alone may leave all of the rest.
@@ -100,8 +103,8 @@ impl Search<'_> {
         self.refit(&single.members, single.fit.solution.x.clone(), Depth::Rough, say)
     }
 
-    /// A single effect together with what its rest shows, where this is more than noise: with what promises most there, and the best of
-    /// these pairs.
+    /// A single effect together with what its rest shows, where this is more than noise: with what promises most there, with what promises
+    /// less while none of these leaves noise, and the best of these pairs.
     fn pair(
         &self,
         single: &Refit,
@@ -109,7 +112,12 @@ impl Search<'_> {
         say: &mut dyn FnMut(String),
     ) -> Result<Option<Refit>, DiagnosisError> {
         let mut pairs = vec![];
-        for look in self.looks_of_rest(single, is_a_matter_of_form)? {
+        let looks = self.looks_of_rest(single, is_a_matter_of_form)?;
+        let least = PROMISING * looks.first().map_or(0.0, |look| look[0].gain);
+        for look in looks {
+            if look[0].gain < least && self.any_leaves_noise(&pairs) {
+                continue;
+            }
             pairs.extend(self.pair_with_one_of(single, &look, say)?);
         }
         Ok(pairs.into_iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence)))
@@ -151,7 +159,7 @@ impl Search<'_> {
             let start = self.joined((&before.x, &single.members), promise, before.chi_square)?;
             let members = [single.members[0], promise.candidate];
             tried.extend(self.refit(&members, start, self.where_it_may_be_an_answer(), say)?);
-            if tried.iter().any(|pair| pair.adequacy > self.thresholds.inadequate) {
+            if self.any_leaves_noise(&tried) {
                 break;
             }
         }
@@ -244,7 +252,7 @@ impl Search<'_> {
             .filter(|(promise, _)| !is_a_matter_of_form || promise.gain >= most_of_rest)
             .collect();
         in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));
-        let least = PROMISING * in_rest.first().map_or(0.0, |(best, _)| best.gain);
+        let least = OUTDONE * in_rest.first().map_or(0.0, |(best, _)| best.gain);
         let most = if self.quick { QUICK_PARTNERS } else { PARTNERS };
         let mut found: Vec<(Look, &Signature)> = vec![];
         for (promise, signature) in in_rest {

@@ -35,7 +35,7 @@ use std::collections::VecDeque;
 
 /// A refit often gains twice what its effect promised, some gain nearly four times as much: what promises less than this part of another's gain
 /// is not the one that gains most.
-const OUTDONE: f64 = 0.25;
+pub(super) const OUTDONE: f64 = 0.25;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;

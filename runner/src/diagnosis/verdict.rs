@@ -67,11 +67,19 @@ pub struct Decision {
 }
 
 /// Twice the log of a refit's evidence times its prior odds; what its rest still offers to something else is added, as
-/// a model with both, at the price of something else.
-fn weight(refit: &Refit, complexity: f64) -> f64 {
-    let both = if refit.members.len() > 1 { complexity } else { 0.0 };
-    let with_rest = refit.remainder.evidence - complexity;
-    refit.evidence - both + with_rest.max(0.0)
+/// a model with both, at the price of something else. A rest that a pair explains by a named effect is no something else's.
+fn weight(refit: &Refit, refits: &[Refit], thresholds: &Thresholds) -> f64 {
+    let complexity = thresholds.complexity;
+    if refit.members.len() > 1 {
+        return refit.evidence - complexity + (refit.remainder.evidence - complexity).max(0.0);
+    }
+    let explains_rest = |pair: &Refit| {
+        pair.members.len() > 1 && pair.members.contains(&refit.members[0]) && pair.meets_data(thresholds)
+    };
+    if refits.iter().any(explains_rest) {
+        return refit.evidence;
+    }
+    refit.evidence + (refit.remainder.evidence - complexity).max(0.0)
 }
 
 /// Appends candidates: of the forms of one effect the best is named.
@@ -105,8 +113,8 @@ pub fn is_told_of_a_small_gap(something_else: f64, rivals: usize, thresholds: &T
 
 /// Decides.
 pub fn decide(e: &Evidence) -> Decision {
-    let Thresholds { significant, decisive, complexity, immaterial, .. } = e.thresholds;
-    let mut weights: Vec<f64> = e.refits.iter().map(|r| weight(r, complexity)).collect();
+    let Thresholds { significant, decisive, immaterial, .. } = e.thresholds;
+    let mut weights: Vec<f64> = e.refits.iter().map(|r| weight(r, e.refits, &e.thresholds)).collect();
     // Where a single effect leaves nothing but noise, something else cannot be more likely: a smooth error of any shape
     // fits whatever an effect of an unexpected size does.
     let adequate =

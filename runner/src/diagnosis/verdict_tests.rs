@@ -106,6 +106,23 @@ fn what_is_more_likely_with_its_rest_is_in_the_group() {
     assert_eq!(with_rest(0.0), (Kind::Effect, vec![1], true));
 }
 
+/// What a second effect explains of the first one's rest is no evidence for something else beside the first.
+#[test]
+fn a_rest_that_a_pair_explains_is_no_something_elses() {
+    let mut single = Refit { adequacy: 1e-6, ..refit(1, 60.0) };
+    single.remainder.evidence = 50.0;
+    let told = |members: &[usize], adequacy: f64, leaves_little: bool| {
+        let pair = Refit { members: members.to_vec(), adequacy, leaves_little, ..refit(1, 90.0) };
+        let d = decided(&[pair, single.clone()], &[], 0.0, 0.0);
+        (d.kind, d.members)
+    };
+    assert_eq!(told(&[1, 2], 0.02, false), (Kind::Pair, vec![1, 2]));
+    assert_eq!(told(&[2, 1], 1e-6, true), (Kind::Pair, vec![2, 1]));
+    // One that explains it no better, and one of other effects.
+    assert_eq!(told(&[1, 2], 1e-6, false), (Kind::Effect, vec![1]));
+    assert_eq!(told(&[2, 3], 0.02, false), (Kind::Effect, vec![1]));
+}
+
 /// A rival of an unlikely size that meets the data as well stays in the group, as the last; one that meets them worse does not.
 #[test]
 fn a_size_that_nobody_expects_leaves_an_effect_in_its_group() {
