@@ -177,7 +177,8 @@ fn real_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingError> {
     let unit = variable.unit.as_deref().and_then(Unit::parse);
     match (text.parse::<f64>().ok().filter(|v| v.is_finite()), own) {
         (Some(value), Some(_)) if value != 0.0 => {
-            let example = variable.display_unit.clone().or(variable.unit.clone()).unwrap_or_default();
+            let example = variable.display_unit.as_deref().or(own).map(behind_number).unwrap_or_default();
+            let example = example.to_owned();
             return Err(SettingError::NoUnit { name: name(), value: text.to_owned(), example });
         }
         (Some(value), _) => return Ok(value),
@@ -186,14 +187,26 @@ fn real_in(variable: &ScalarVariable, text: &str) -> Result<f64, SettingError> {
     // Units that the FMU itself names need no table.
     let display = variable.display_unit.as_deref().map(|unit| (unit, variable.display_factor));
     for (symbol, factor) in display.into_iter().chain(own.map(|unit| (unit, 1.0))) {
-        let number = text.strip_suffix(symbol).and_then(|t| t.trim().parse::<f64>().ok());
-        if let Some(value) = number.filter(|v| v.is_finite()) {
+        if let Some(value) = number_before(symbol, text) {
             return Ok(value / factor);
         }
     }
     let wrong = |source| SettingError::Unit { name: name(), source };
     let si = parse_quantity(text, unit.map(|u| u.dimension)).map_err(wrong)?;
     Ok(unit.map_or(si, |u| si / u.factor))
+}
+
+/// A unit as it stands behind a number: of `1/kPa` the rest, as `11/kPa` is eleven.
+fn behind_number(unit: &str) -> &str {
+    unit.strip_prefix('1').filter(|per| per.starts_with('/')).unwrap_or(unit)
+}
+
+/// The number in front of a unit; none where something else stands there.
+fn number_before(unit: &str, text: &str) -> Option<f64> {
+    let apart = |number: &&str| number.ends_with(char::is_whitespace);
+    let whole = text.strip_suffix(unit).filter(|number| behind_number(unit) == unit || apart(number));
+    let number = whole.or_else(|| text.strip_suffix(behind_number(unit)))?;
+    number.trim().parse::<f64>().ok().filter(|v| v.is_finite())
 }
 
 /// A value for people, as [`number_in`] reads it: in the display unit, items and truth by their names.
@@ -244,6 +257,25 @@ mod tests {
     use super::*;
     use crate::fmi::Fmu;
     use crate::pool::wiring::Names;
+
+    /// The one of `1/kPa` is no digit of the number, nor is the last digit of the number that one.
+    #[test]
+    fn a_number_per_something_is_read_whole() {
+        let fmu = Fmu::builtin().unwrap();
+        let wiring = Wiring::new(fmu.description(), &Names::default()).unwrap();
+        let read = |value: &str| {
+            let text = format!("effect.eyring.inverse_stress={value}");
+            settings_from(&wiring, &[text]).map(|found| found["effect.eyring.inverse_stress"])
+        };
+        for (text, per_kpa) in
+            [("11/kPa", 11.0), ("4 1/kPa", 4.0), ("4/kPa", 4.0), ("1/kPa", 1.0), ("1 1/kPa", 1.0)]
+        {
+            approx::assert_relative_eq!(read(text).unwrap(), 1e-3 * per_kpa);
+        }
+        approx::assert_relative_eq!(read("0.02/Pa").unwrap(), 0.02);
+        let error = read("11").unwrap_err().to_string();
+        assert!(error.contains("write for example effect.eyring.inverse_stress=11/kPa"), "{error}");
+    }
 
     #[test]
     fn what_is_written_is_read_again() {
