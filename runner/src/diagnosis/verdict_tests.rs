@@ -106,6 +106,13 @@ fn what_is_more_likely_with_its_rest_is_in_the_group() {
     assert_eq!(with_rest(0.0), (Kind::Effect, vec![1], true));
 }
 
+/// What an effect leaves may be a matter of its form, or of another cause: that is less sure.
+#[test]
+fn an_answer_that_leaves_more_than_noise_is_less_sure() {
+    let sure = |adequacy: f64| decided(&[Refit { adequacy, ..refit(1, 60.0) }], &[], 0.0, 0.0).confidence;
+    assert!(sure(0.02) > 0.9 && (0.6..0.8).contains(&sure(1e-6)), "{} {}", sure(0.02), sure(1e-6));
+}
+
 /// What a second effect explains of the first one's rest is no evidence for something else beside the first.
 #[test]
 fn a_rest_that_a_pair_explains_is_no_something_elses() {
