@@ -182,8 +182,13 @@ pub fn adequacy(setup: Setup, fit: &Fit) -> f64 {
 /// Probability under noise of so large a chi^2: of as many degrees of freedom as points, since variables have as many rows of
 /// prior knowledge.
 pub fn whole(fit: &Fit) -> f64 {
+    probability_of_more(fit.gap_mn.len(), fit.solution.chi_square)
+}
+
+/// The same of this chi^2 of so many points.
+pub fn probability_of_more(points: usize, chi_square: f64) -> f64 {
     // A distribution of at least one degree of freedom exists.
-    ChiSquared::new(fit.gap_mn.len() as f64).map_or(1.0, |d| d.sf(fit.solution.chi_square))
+    ChiSquared::new(points as f64).map_or(1.0, |d| d.sf(chi_square))
 }
 
 /// chi^2 beyond what noise gives.

@@ -1,6 +1,6 @@
 //! The best effect together with a second one, which its rest shows, and that one with a better first.
 
-use super::confirming::{Refit, excess};
+use super::confirming::{Refit, excess, probability_of_more};
 use super::diagnose::DiagnosisError;
 use super::looks::QUICK_ALIKE;
 use super::promise::{PROMISING, Promise};
@@ -224,7 +224,7 @@ impl Search<'_> {
     }
 
     /// What the rest of a single effect shows best, beyond what the effect's form may leave; where that may leave all of the rest, what
-    /// promises most of it without errors of form.
+    /// promises most of it, or to leave noise, without errors of form.
     fn looks_of_rest(
         &self,
         single: &Refit,
@@ -244,12 +244,17 @@ impl Search<'_> {
             whitening: covariance,
         };
         let (screened, _) = screening.screen(others.map(|s| s.candidate))?;
+        let (points, chi_square) = (single.fit.gap_mn.len(), single.fit.solution.chi_square);
         let most_of_rest = PROMISING * excess(&single.fit);
+        let promises_enough = |p: &Promise| {
+            let left = probability_of_more(points, chi_square - p.gain);
+            p.gain >= most_of_rest || left > self.thresholds.inadequate
+        };
         let mut in_rest: Vec<_> = screened
             .iter()
             .map(|s| (self.promise(s, linear, covariance), &s.signature))
             .filter(|(promise, _)| promise.evidence > self.thresholds.second)
-            .filter(|(promise, _)| !is_a_matter_of_form || promise.gain >= most_of_rest)
+            .filter(|(promise, _)| !is_a_matter_of_form || promises_enough(promise))
             .collect();
         in_rest.sort_by(|(a, _), (b, _)| b.evidence.total_cmp(&a.evidence));
         let least = OUTDONE * in_rest.first().map_or(0.0, |(best, _)| best.gain);
