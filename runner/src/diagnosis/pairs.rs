@@ -3,9 +3,9 @@
 use super::confirming::{Refit, excess, probability_of_more};
 use super::diagnose::DiagnosisError;
 use super::looks::QUICK_ALIKE;
-use super::promise::{PROMISING, Promise};
+use super::promise::{OUTDONE, PROMISING, Promise};
 use super::screening::Screening;
-use super::search::{OUTDONE, Search, keep_better};
+use super::search::{Search, keep_better};
 use super::thresholds::Thresholds;
 use crate::fit::EvaluationFailure;
 use crate::inference::Signature;

@@ -7,8 +7,11 @@ use super::search::Search;
 use crate::inference::Linearised;
 use crate::noise::Covariance;
 
-/// A signature is not linear, but what promises less than this part of the largest gain is not the one that gains most.
+/// A signature is not linear, but what promises less than this part of the largest gain seldom gains most.
 pub(super) const PROMISING: f64 = 0.5;
+/// A refit often gains twice what its effect promised, some gain nearly four times as much: what promises less than this part of another's gain
+/// is not the one that gains most.
+pub(super) const OUTDONE: f64 = 0.25;
 
 /// What an effect would do for a fit, by its signature.
 #[derive(Clone)]

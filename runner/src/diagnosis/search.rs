@@ -20,7 +20,7 @@
 use super::confirming::{Refit, excess, most_left, refit};
 use super::diagnose::DiagnosisError;
 use super::looks::{Alike, QUICK_ALIKE};
-use super::promise::{Beginning, Beginnings, PROMISING};
+use super::promise::{Beginning, Beginnings, OUTDONE, PROMISING};
 use super::round::Elsewhere;
 use super::screening::Screened;
 use super::something_else::SomethingElse;
@@ -33,9 +33,6 @@ use crate::inference::rough::Trust;
 use crate::noise::Covariance;
 use std::collections::VecDeque;
 
-/// A refit often gains twice what its effect promised, some gain nearly four times as much: what promises less than this part of another's gain
-/// is not the one that gains most.
-pub(super) const OUTDONE: f64 = 0.25;
 /// So many times a leader is refitted from another start.
 const QUICK_AGAIN: usize = 2;
 const AGAIN: usize = 4;

@@ -71,16 +71,13 @@ pub struct Decision {
 /// a model with both, at the price of something else. A rest that a pair explains by a named effect is no something else's.
 fn weight(refit: &Refit, refits: &[Refit], thresholds: &Thresholds) -> f64 {
     let complexity = thresholds.complexity;
-    if refit.members.len() > 1 {
-        return refit.evidence - complexity + (refit.remainder.evidence - complexity).max(0.0);
-    }
-    let explains_rest = |pair: &Refit| {
-        pair.members.len() > 1 && pair.members.contains(&refit.members[0]) && pair.meets_data(thresholds)
-    };
-    if refits.iter().any(explains_rest) {
-        return refit.evidence;
-    }
-    refit.evidence + (refit.remainder.evidence - complexity).max(0.0)
+    let is_pair = |r: &Refit| r.members.len() > 1;
+    let explains_rest =
+        |r: &Refit| is_pair(r) && r.members.contains(&refit.members[0]) && r.meets_data(thresholds);
+    let is_explained = !is_pair(refit) && refits.iter().any(explains_rest);
+    let both = if is_pair(refit) { complexity } else { 0.0 };
+    let with_rest = if is_explained { 0.0 } else { (refit.remainder.evidence - complexity).max(0.0) };
+    refit.evidence - both + with_rest
 }
 
 /// Appends candidates: of the forms of one effect the best is named.
